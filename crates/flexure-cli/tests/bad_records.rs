@@ -141,12 +141,12 @@ fn samples_that_are_missing_or_not_finite() {
     folder.failed("predict model.json output.csv --output y -o new.csv", message);
     // Missing outputs can be left out where the structure has the option.
     folder.write("gap.csv", "u,y\n1,2\n2,nan\n3,5\n");
-    let message = "gap.csv, line 3: column 'y' is NaN or missing at sample 1; remove or repair that sample";
+    let missing = "gap.csv, line 3: column 'y' is NaN or missing at sample 1; remove or repair that sample";
     folder.failed(
         "identify gap.csv --input u --output y",
-        &format!("{message}, or say --missing: samples without an output then do not count"),
+        &format!("{missing}, or say --missing: samples without an output then do not count"),
     );
-    folder.failed("identify gap.csv --input u --output y --structure wiener", message);
+    folder.failed("identify gap.csv --input u --output y --structure wiener", missing);
     folder.failed("predict model.json output.csv --horizon 2 -o new.csv", message);
 }
 

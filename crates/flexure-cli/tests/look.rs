@@ -246,7 +246,25 @@ fn missing_outputs_several_inputs_and_two_levels() {
     let line = next(&folder.done("look two.csv")).to_owned();
     assert_eq!(
         line,
-        "flexure identify two.csv --input u --output y -o model.json --report report.html"
+        "flexure identify two.csv --input u --output y --structure linear -o model.json --report report.html"
+    );
+}
+
+#[test]
+fn a_column_with_one_text_among_its_numbers_is_a_warning() {
+    let folder = Folder::new();
+    let record = common::known(300, 4);
+    let (u, y) = (record.column("u").unwrap(), record.column("y").unwrap());
+    let rows = u.iter().zip(y).enumerate().map(|(i, (u, y))| match i {
+        9 => format!("{u},OVER\n"),
+        _ => format!("{u},{y}\n"),
+    });
+    folder.write("over.csv", format!("u,y\n{}", rows.collect::<String>()));
+    let text = folder.done("look over.csv");
+    let flat = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(
+        flat.contains("warning: Line 11: column 'y' holds 'OVER' at sample 9, which is not a number"),
+        "{text}"
     );
 }
 

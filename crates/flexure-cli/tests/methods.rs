@@ -211,7 +211,7 @@ fn missing_outputs_are_skipped_on_request() {
     folder.write("r.csv", format!("u,y\n{rows}"));
     folder.failed(
         &format!("{IDENTIFY} -o new.json"),
-        "r.csv, line 5: column 'y' is NaN or missing at sample 3; remove or repair that sample",
+        "r.csv, line 5: column 'y' is NaN or missing at sample 3; remove or repair that sample, or say --missing: samples without an output then do not count",
     );
     let found = folder.json(&format!("{IDENTIFY} --missing --report page.html"));
     assert_eq!(found["samples_fitted"], 4500);

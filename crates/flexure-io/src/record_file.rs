@@ -39,6 +39,11 @@ impl Other {
         }
     }
 
+    /// Whether it is something else altogether, not numbers with a flaw.
+    pub(crate) fn is_text(&self) -> bool {
+        matches!(self.why, Unusable::Is(_))
+    }
+
     /// The error of using the column as a signal.
     pub(crate) fn error(&self, path: &Path) -> Error {
         let path = path.to_owned();
@@ -133,6 +138,12 @@ impl RecordFile {
     /// not a sequence of real numbers.
     pub fn column(&self, name: &str) -> Result<&[f64]> {
         self.signal(name, Record::column)
+    }
+
+    /// Columns of numbers that one field makes useless, with that field, a sentence each.
+    pub fn flawed(&self) -> impl Iterator<Item = String> {
+        let flawed = self.others.iter().filter(|other| !other.is_text());
+        flawed.map(|other| format!("{other}; the column is left out"))
     }
 
     /// Whether the file has a column or variable of this name, be it a signal or not.

@@ -196,9 +196,12 @@ fn a_text_column_of_states() {
 fn a_column_with_one_text_among_its_numbers_is_named() {
     let file = read("over", "state,t,u,y\nrun,0,1.5,1\nrun,0.01,2.5,OVER\nrun,0.02,3.5,3\n");
     assert_log(&file, &["t", "u"]);
-    assert_eq!(
-        file.notes,
-        ["'state' is text, such as 'run' on line 2; it and another column that is no signal are left out"]
+    assert_eq!(file.notes, ["'state' is text, such as 'run' on line 2; it is left out"]);
+    assert!(
+        file.flawed()
+            .next()
+            .unwrap()
+            .starts_with("line 3: column 'y' holds 'OVER'")
     );
     assert_eq!(
         file.column("y")

@@ -199,15 +199,18 @@ fn assemble(path: &Path, layout: Layout, columns: Vec<Column>) -> Result<RecordF
     })
 }
 
-/// The columns that are no signals, as a sentence; a column of instants among them first.
+/// The columns of text, as a sentence; a column of instants among them first. One with some numbers is told where it is used, and by a look.
 fn left_out(others: &[Other]) -> Option<String> {
-    let by_name = |other: &&Other| is_time(&other.name);
-    let first = others.iter().find(by_name).or(others.first())?;
-    let reason = match others {
+    let others: Vec<&Other> = others
+        .iter()
+        .filter(|other| other.is_text() || is_time(&other.name))
+        .collect();
+    let first = others.iter().find(|other| is_time(&other.name)).or(others.first())?;
+    let reason = match others[..] {
         [_] => format!("{first}; it is left out"),
-        [_, _] => format!("{first}; it and another column that is no signal are left out"),
+        [_, _] => format!("{first}; it and another column of text are left out"),
         _ => format!(
-            "{first}; it and {} other columns that are no signals are left out",
+            "{first}; it and {} other columns of text are left out",
             others.len() - 1
         ),
     };

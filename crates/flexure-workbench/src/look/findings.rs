@@ -1,7 +1,7 @@
 //! What is worth knowing of a record, in sentences.
 
 use flexure::look::{Clock, Column, Kinship, Look, Relation, Stop};
-use flexure::text::{counted, number, short};
+use flexure::text::{capitalised, counted, number, short};
 use flexure_io::RecordFile;
 
 use crate::text::quoted;
@@ -38,6 +38,9 @@ pub fn findings(file: &RecordFile, look: &Look, seconds: f64, sample_time: Optio
     list.clock(look, seconds);
     if look.time.is_none() && sample_time.is_none() {
         list.note("No column has the sample instants: frequencies are in cycles a sample. --sample-time S says the time between two samples.".to_owned());
+    }
+    for flaw in file.flawed().take(LISTED) {
+        list.warn(format!("{}.", capitalised(&flaw)));
     }
     let columns = look.columns.iter().enumerate();
     for (_, column) in columns.filter(|(i, _)| Some(*i) != look.time) {
