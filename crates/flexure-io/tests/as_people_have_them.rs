@@ -188,7 +188,7 @@ fn a_text_column_of_states() {
     assert_log(&file, &["time_s", "u"]);
     assert_eq!(
         file.notes,
-        ["'state' is text, such as 'idle' on line 2; it is left out"]
+        ["column 'state' is left out: 'state' is text, such as 'idle' on line 2"]
     );
 }
 
@@ -196,7 +196,10 @@ fn a_text_column_of_states() {
 fn a_column_with_one_text_among_its_numbers_is_named() {
     let file = read("over", "state,t,u,y\nrun,0,1.5,1\nrun,0.01,2.5,OVER\nrun,0.02,3.5,3\n");
     assert_log(&file, &["t", "u"]);
-    assert_eq!(file.notes, ["'state' is text, such as 'run' on line 2; it is left out"]);
+    assert_eq!(
+        file.notes,
+        ["column 'state' is left out: 'state' is text, such as 'run' on line 2"]
+    );
     assert!(
         file.flawed()
             .next()
@@ -323,7 +326,7 @@ fn a_logger_with_its_own_time_format() {
     assert_eq!(
         read("own_format_note", content).notes,
         [
-            "'date' is text, such as '01.05.2024 10:00:00.00' on line 2; it is left out (--time-format says how time stamps are written)"
+            "column 'date' is left out: 'date' is text, such as '01.05.2024 10:00:00.00' on line 2 (--time-format says how time stamps are written)"
         ]
     );
     let options = ReadOptions {

@@ -206,14 +206,13 @@ fn left_out(others: &[Other]) -> Option<String> {
         .filter(|other| other.is_text() || is_time(&other.name))
         .collect();
     let first = others.iter().find(|other| is_time(&other.name)).or(others.first())?;
-    let reason = match others[..] {
-        [_] => format!("{first}; it is left out"),
-        [_, _] => format!("{first}; it and another column of text are left out"),
-        _ => format!(
-            "{first}; it and {} other columns of text are left out",
-            others.len() - 1
-        ),
+    let name = &first.name;
+    let which = match others.len() {
+        1 => format!("column '{name}' is left out"),
+        2 => format!("column '{name}' and another one of text are left out"),
+        count => format!("column '{name}' and {} others of text are left out", count - 1),
     };
+    let reason = format!("{which}: {first}");
     let remedy = match is_time(&first.name) {
         true => " (--time-format says how time stamps are written)",
         false => "",
