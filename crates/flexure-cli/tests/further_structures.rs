@@ -74,9 +74,9 @@ fn a_hammerstein_wiener_model_comes_back_and_predicts() {
     let message = folder.said(&format!("{IDENTIFY} hammerstein-wiener"));
     for line in [
         "Hammerstein-Wiener model from 'u' to 'y': fit ",
-        " nonlinearity at the input cubic spline of ",
+        " nonlinearity at the input: cubic spline of ",
         " linear part order 1, delay 2",
-        " nonlinearity at the output cubic spline of ",
+        " nonlinearity at the output: cubic spline of ",
     ] {
         assert!(message.contains(line), "{line}: {message}");
     }
@@ -343,7 +343,7 @@ fn periods_distinguish_noise_from_distortion() {
     assert!(folder.read("page.html").contains("Best linear approximation"));
     let message = folder.said(&format!("{IDENTIFY} linear --realisations 4"));
     assert!(
-        message.contains(" best linear approximation 64 lines from "),
+        message.contains(" best linear approximation: 64 lines from "),
         "{message}"
     );
     assert!(message.contains("nonlinear distortion -"), "{message}");
