@@ -148,8 +148,8 @@ fn the_initial_state_of_a_short_record_is_estimated() {
 fn outputs_that_are_missing_do_not_count() {
     let folder = folder(300, "refined");
     folder.done(STEADY);
-    let predicted = column(&folder, "p.csv", "predicted");
-    let (u, mut y) = (column(&folder, "fresh.csv", "u"), column(&folder, "fresh.csv", "y"));
+    let predicted = folder.column("p.csv", "predicted");
+    let (u, mut y) = (folder.column("fresh.csv", "u"), folder.column("fresh.csv", "y"));
     y.iter_mut().step_by(7).for_each(|y| *y = f64::NAN);
     let rows: String = u.iter().zip(&y).map(|(u, y)| format!("{u},{y}\n")).collect();
     folder.write("gaps.csv", format!("u,y\n{rows}"));
