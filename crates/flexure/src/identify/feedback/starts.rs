@@ -69,8 +69,11 @@ fn linear_states(data: &Observed, linear: &Rational) -> Vec<Vec<f64>> {
     };
     let balanced = system.corrected(0.0).balanced(data);
     let mut states = vec![Vec::with_capacity(data.u.len()); balanced.order()];
-    balanced.run(data, |s| states.iter_mut().zip(s.x).for_each(|(own, x)| own.push(*x)));
-    states
+    // One that runs away has no states at the end of the record.
+    match balanced.run(data, |s| states.iter_mut().zip(s.x).for_each(|(own, x)| own.push(*x))) {
+        true => states,
+        false => Vec::new(),
+    }
 }
 
 /// The loop in observer form with the numerator `c` from the nonlinearity, over the denominator of `linear`; z is the output.

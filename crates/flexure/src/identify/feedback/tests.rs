@@ -7,7 +7,7 @@ use super::loss::LoopError;
 use super::system::{Entering, Loop, Observed};
 use super::units::InUnits;
 use super::*;
-use crate::identify::block::{Kink, KinkedSpline, Residuals, Scale};
+use crate::identify::block::{Kink, KinkedSpline, Rational, Residuals, Scale};
 use crate::model::{Block, LoopInput, LoopOutput};
 use crate::record::Record;
 
@@ -49,6 +49,18 @@ fn observed() -> Observed {
     data.missing[80] = true;
     data.missing[81] = true;
     data
+}
+
+#[test]
+fn a_linear_part_that_runs_away_has_no_hidden_signals() {
+    let data = Observed::of(normal(600, 3), normal(600, 4));
+    let signals = |gain: f64| {
+        let linear = Rational::from_polynomials(vec![0.0, gain], &[1.0, -0.5]).unwrap();
+        let all = starts::guesses(&data, &linear);
+        assert!(all.iter().all(|guess| guess.z.len() == 600));
+        all.len()
+    };
+    assert_eq!((signals(1.0), signals(1e12)), (4, 3));
 }
 
 #[test]
