@@ -45,6 +45,7 @@
 //! | [`error`] | everything that can go wrong, with the facts in the fields |
 
 pub mod bands;
+pub mod control;
 mod distributions;
 pub mod error;
 pub mod identify;
