@@ -227,3 +227,81 @@ impl Estimator for KalmanFilter {
         self.state()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::manipulator::{JointKind, space_arm};
+
+    /// scripts/reference/arm_control.py: FilterPy's correction with both readings at once.
+    #[test]
+    fn the_correction_is_that_of_filterpy() {
+        let noise = NoiseModel {
+            encoder: 1e-2,
+            torque: 0.0,
+            drift: 0.0,
+            start: [1.0, 1.0],
+        };
+        let mut filter = KalmanFilter::extended(Arm::new(space_arm(JointKind::Nonlinear)).unwrap(), noise).unwrap();
+        let lower = [
+            vec![43468],
+            vec![-4680, 17791],
+            vec![-3752, -2165, 36288],
+            vec![-34895, -36595, 22530, 170_423],
+            vec![-3301, 14756, -5121, -34626, 82937],
+            vec![-1378, -14305, -404, 56678, -17613, 32473],
+            vec![14534, -14825, -746, 973, 17419, -1336, 47276],
+            vec![3506, -1535, -13612, -28684, -21646, -1757, 6074, 48629],
+        ];
+        filter.belief.x = [0.2, -0.467, 0.236, 0.76, -1.649, 0.254, 1.225, -0.298];
+        for i in 0..8 {
+            for j in 0..8 {
+                let (a, b) = (i.max(j), i.min(j));
+                filter.belief.p[i][j] = 1e-8 * f64::from(lower[a][b]);
+            }
+        }
+        let nis = filter.correct([0.236 + 0.01, 0.76 - 0.02]);
+        assert!((nis - 0.580_960_632_078_967_8).abs() < 1e-10, "{nis}");
+        let x = [
+            0.204_042_178_541_754_44,
+            -0.462_252_142_596_503_43,
+            0.243_125_341_594_639_8,
+            0.741_467_473_957_714_7,
+            -1.645_390_837_243_401_8,
+            0.245_566_514_902_887_9,
+            1.224_642_765_266_874_5,
+            -0.297_703_682_721_067_34,
+        ];
+        let p = [
+            3.671_064_466_319_901_5e-4,
+            1.023_546_165_393_466e-4,
+            7.699_806_666_261_18e-5,
+            9.409_879_289_049_228e-5,
+            7.627_711_201_752_318e-4,
+            1.338_069_296_090_395e-4,
+            4.725_344_241_148_165_5e-4,
+            4.175_468_352_678_611_5e-4,
+        ];
+        for i in 0..8 {
+            assert!((filter.belief.x[i] - x[i]).abs() < 1e-10, "{i}");
+            assert!((filter.belief.p[i][i] / p[i] - 1.0).abs() < 1e-10, "{i}");
+        }
+    }
+
+    #[test]
+    fn noise_outside_its_range_is_refused() {
+        let arm = Arm::new(space_arm(JointKind::Nonlinear)).unwrap();
+        let noise = NoiseModel {
+            encoder: 0.0,
+            torque: 0.1,
+            drift: 0.0,
+            start: [1e-3, 1e-2],
+        };
+        assert!(
+            KalmanFilter::unscented(arm, noise)
+                .unwrap_err()
+                .to_string()
+                .contains("encoder noise")
+        );
+    }
+}
