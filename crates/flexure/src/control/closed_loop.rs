@@ -12,6 +12,7 @@ use rand_pcg::Pcg64;
 
 use super::{Jet, Trajectory, inverse_motion};
 use crate::error::{Error, Result, Stopped};
+use crate::interrupt;
 use crate::manipulator::{Arm, State};
 use crate::record::Record;
 use crate::simulation::{Dop853, Sampling, Tolerances};
@@ -330,7 +331,7 @@ pub fn run_loop_watched(
     let mut acting = [0.0; 2];
     for k in 0..options.sampling.rows() {
         let t = options.sampling.instant(k);
-        if watch(t).is_break() {
+        if watch(t).is_break() || interrupt::requested() {
             return Err(Error::Stopped(Stopped::Simulating { time: t }));
         }
         let truth = State::from_array(*solver.x());

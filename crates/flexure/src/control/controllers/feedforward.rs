@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::manipulator::Arm;
 
 /// Gains of a PD servo of either motor.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Gains {
     /// N m/rad.
     pub proportional: [f64; 2],

@@ -34,6 +34,18 @@ pub struct FuzzyScales {
     pub damping: f64,
 }
 
+impl FuzzyScales {
+    /// Scales that do for the space arm at 100 Hz.
+    pub fn space_arm() -> Self {
+        FuzzyScales {
+            angle: 0.2,
+            velocity: 0.4,
+            torque: [120.0, 40.0],
+            damping: 30.0,
+        }
+    }
+}
+
 /// The number of sets of an input.
 const SETS: usize = 5;
 
