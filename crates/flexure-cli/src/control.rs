@@ -112,14 +112,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if arguments.json {
         return print(&outcome.json().to_string());
     }
-    let mut lines = outcome.lines();
-    for line in record
-        .into_iter()
-        .chain(wrote(arguments.report.iter().chain(&arguments.write_scenario)))
-    {
-        lines.sentence(line);
-    }
-    print_result(&lines)
+    let written = wrote(arguments.report.iter().chain(&arguments.write_scenario));
+    print_result(&outcome.lines(), record.into_iter().chain(written))
 }
 
 /// Writes the record that was asked for, and says so.

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use anyhow::{Result, bail};
 use flexure::control::estimation::Consistency;
-use flexure::control::{Controller, Figures, LoopOptions, Run, Trajectory, run_loop_watched, start_of, tip};
+use flexure::control::{Controller, Figures, LoopOptions, Run, run_loop_watched, start_of, tip};
 use flexure::manipulator::{Arm, Link};
 use flexure::simulation::{Sampling, batch};
 use flexure_io::arm::{ControllerTable, Scenario};
