@@ -92,7 +92,11 @@ fn an_outlier_is_named() {
     let mut text = "t,u,y\n".to_owned();
     for k in 0..400 {
         let u = if k == 50 { 2.1e91 } else { (f64::from(k) * 0.7).sin() };
-        text += &format!("{:.2},{u:e},{:.4}\n", 0.01 * f64::from(k), (f64::from(k) * 0.7 - 0.3).sin());
+        text += &format!(
+            "{:.2},{u:e},{:.4}\n",
+            0.01 * f64::from(k),
+            (f64::from(k) * 0.7 - 0.3).sin()
+        );
     }
     folder.write("r.csv", text);
     folder.refused(

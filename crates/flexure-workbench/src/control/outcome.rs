@@ -125,6 +125,7 @@ pub struct Outcome {
 pub(super) fn short(value: f64) -> String {
     match value.is_finite() {
         true if value == 0.0 => "0".to_owned(),
+        true if value.abs() < 1e-3 => format!("{value:.1e}"),
         true => {
             let digits = (2 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
             format!("{value:.digits$}")

@@ -33,9 +33,9 @@ impl Outcome {
         let mut signals: Vec<Signal> = shown.iter().map(|(row, run)| self.error(row, run)).collect();
         // Shaped references end later: all signals are as long as the shortest.
         let length = shown.iter().map(|(_, run)| run.t.len()).min().unwrap_or(0);
-        if let Some((row, run)) = shown.first() {
+        if let Some((_, run)) = shown.first() {
             signals.extend([0, 1].map(|j| Signal {
-                name: format!("torque {}, {}", j + 1, row.controller),
+                name: format!("torque {}", j + 1),
                 unit: "N m".to_owned(),
                 values: run.torque.iter().map(|torque| torque[j]).collect(),
             }));
@@ -86,7 +86,7 @@ impl Outcome {
             1e3 * (x - rx).hypot(y - ry)
         };
         Signal {
-            name: format!("error, {}", row.controller),
+            name: row.controller.clone(),
             unit: "mm".to_owned(),
             values: (0..run.t.len()).map(distance).collect(),
         }
