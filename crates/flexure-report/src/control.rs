@@ -75,7 +75,7 @@ pub(crate) fn payload(page: &ControlPage) -> Payload<'_> {
 /// The box around all paths: its lower left corner and the length of its longer side.
 fn frame(paths: &[TipPathPlot]) -> Option<([f64; 2], f64)> {
     let range = |of: fn(&TipPathPlot) -> &[f64]| {
-        let values = || paths.iter().flat_map(|p| of(p)).copied().filter(|v| v.is_finite());
+        let values = || paths.iter().flat_map(&of).copied().filter(|v| v.is_finite());
         [
             values().fold(f64::INFINITY, f64::min),
             values().fold(f64::NEG_INFINITY, f64::max),

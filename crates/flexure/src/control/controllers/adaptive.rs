@@ -151,7 +151,7 @@ impl Controller for DirectAdaptive {
         let held = measured.reference.map(|q| q.shifted(0.5 * step));
         let model = self.slow.torque(held);
         let damping = self.slow.spring_damping(measured);
-        let torque = [0, 1].map(|i| {
+        [0, 1].map(|i| {
             let wanted = measured.reference[i];
             let e = wanted.value() - state.q[i];
             let de = wanted.derivative(1) - state.dq[i];
@@ -177,8 +177,7 @@ impl Controller for DirectAdaptive {
             self.reference[i] =
                 [0, 1, 2].map(|j| keep * self.reference[i][j] + step * g.reference_rate * surface * xm[j]);
             model[i] + gains[0] * e + gains[1] * de + along + damping[i]
-        });
-        torque
+        })
     }
 
     fn reset(&mut self) {
