@@ -30,6 +30,9 @@ pub struct Scenario {
 /// A linear system: its name, A, B, C and D row by row, and whether the model's feedforward is added.
 type System = (String, Column, Column, Column, Column, bool);
 
+/// Denominator, numerator, powers of the input, and offset.
+type Estimate = (Vec<f64>, Vec<f64>, Vec<f64>, f64);
+
 fn of_arm(error: &ArmError) -> PyErr {
     match error {
         ArmError::Simulation(cause) => of_library(cause),
@@ -172,7 +175,7 @@ impl RecursiveHammerstein {
     }
 
     /// Denominator, numerator, powers and offset; none as long as the samples do not determine them.
-    fn estimate(&self) -> Option<(Vec<f64>, Vec<f64>, Vec<f64>, f64)> {
+    fn estimate(&self) -> Option<Estimate> {
         self.0.estimate().map(|e| (e.a, e.b, e.powers, e.offset))
     }
 

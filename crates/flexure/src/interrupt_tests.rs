@@ -15,6 +15,7 @@ use crate::identify::{
 };
 use crate::manipulator::{Arm, Drive, JointKind, SimulationOptions, add_noise, simulate, space_arm};
 use crate::nonlinearity::{EstimatorName, NamedEstimator, Rule, Tuning};
+use crate::parallel::map;
 use crate::record::Record;
 use crate::signal::{Phases, multisine};
 
