@@ -1,4 +1,4 @@
-from . import arms, chains, joints, plots, prepare, regression, results, streams, systems
+from . import arms, chains, control, joints, plots, prepare, regression, results, streams, systems
 from ._core import (
     DataError,
     FileError,

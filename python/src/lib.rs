@@ -3,6 +3,7 @@
 mod arm;
 mod arrays;
 mod chain;
+mod control;
 mod errors;
 mod identification;
 mod joint;
@@ -28,6 +29,8 @@ mod _core {
     use crate::arm::Arm;
     #[pymodule_export]
     use crate::chain::Chain;
+    #[pymodule_export]
+    use crate::control::{Controlled, Cusum, RecursiveFriction, RecursiveHammerstein, Scenario};
     #[pymodule_export]
     use crate::errors::{DataError, FileError, FlexureError, ParameterError, SimulationError, TooShortError};
     #[pymodule_export]

@@ -81,6 +81,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
             "full",
             "lengths",
             "runs",
+            "seeds",
         ],
     ),
     (
@@ -122,6 +123,9 @@ const GROUPS: [(&str, &[&str]); 7] = [
             "write-arm",
             "allow-paths",
             "table",
+            "of",
+            "write-scenario",
+            "dry-run",
         ],
     ),
 ];

@@ -6,6 +6,7 @@ mod applied;
 mod arguments;
 mod columns;
 mod compare;
+mod control;
 mod demo;
 mod excite;
 mod experiments;
@@ -67,6 +68,7 @@ enum Command {
     Fleet(Box<fleet::Arguments>),
     Excite(Box<excite::Arguments>),
     Simulate(simulate::Arguments),
+    Control(control::Arguments),
     Study(study::Arguments),
     #[command(hide = true)]
     Completions(help::CompletionArguments),
@@ -84,6 +86,7 @@ fn main() -> ExitCode {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Excite(arguments) => excite::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Control(arguments) => control::run(&arguments),
         Command::Study(arguments) => study::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),

@@ -4,9 +4,9 @@ mod common;
 
 use common::Folder;
 
-const COMMANDS: [&str; 14] = [
-    "compare", "export", "fleet", "demo", "simulate", "study", "identify", "joint", "look", "predict", "prepare",
-    "regress", "report", "validate",
+const COMMANDS: [&str; 15] = [
+    "compare", "control", "export", "fleet", "demo", "simulate", "study", "identify", "joint", "look", "predict",
+    "prepare", "regress", "report", "validate",
 ];
 
 #[test]

@@ -52,6 +52,7 @@ mod file;
 mod presets;
 mod record;
 mod run;
+mod scenario;
 
 pub use chain_file::{chain_of_toml, is_chain};
 pub use edit::with_changes;
@@ -61,3 +62,4 @@ pub use file::{ArmFile, Noise, Run};
 pub use presets::{PRESETS, preset, preset_text};
 pub use record::{Paths, read_arm_record};
 pub use run::{run, run_driven, run_watched};
+pub use scenario::{ControllerKind, ControllerTable, EstimatorKind, Motion, SCENARIOS, Scenario, scenario_preset_text};

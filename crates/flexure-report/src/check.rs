@@ -140,7 +140,8 @@ pub(crate) fn score(part: &str, curve: &ScoreCurve) -> Result<()> {
     }
 }
 
-fn arm(arm: &ArmMotion) -> Result<()> {
+/// Checks the motion of an arm.
+pub(crate) fn arm(arm: &ArmMotion) -> Result<()> {
     axis("arm.time", &arm.time)?;
     for (index, &value) in arm.lengths.iter().enumerate() {
         if !(value > 0.0 && value.is_finite()) {

@@ -6,12 +6,14 @@
 use serde::Serialize;
 
 mod comparison;
+mod control;
 mod diagram;
 mod joint;
 mod look;
 mod regression;
 mod study;
 pub use comparison::ComparisonPage;
+pub use control::{ControlPage, TipPathPlot};
 pub use diagram::{DiagramBlock, Flow, Sketch};
 pub use joint::{Comparison, JointCurve, JointPage, ParameterTable};
 pub use look::{LagPlot, LookPage, NextCommand, SpectrumPlot};

@@ -10,6 +10,7 @@
 
 mod check;
 mod comparison;
+mod control;
 pub mod data;
 mod decimate;
 mod diagram;
@@ -25,4 +26,6 @@ mod text;
 mod typeset;
 
 pub use error::{Error, Result};
-pub use render::{render, render_comparison, render_joint, render_look, render_regression, render_study};
+pub use render::{
+    render, render_comparison, render_control, render_joint, render_look, render_regression, render_study,
+};

@@ -241,7 +241,8 @@ pub(crate) fn record<'a>(signals: &'a [Signal], time: &Axis, fresh_from: usize) 
     })
 }
 
-fn arm(arm: &ArmMotion) -> ArmMotion {
+/// The beginning of a motion, as much as the page carries.
+pub(crate) fn arm(arm: &ArmMotion) -> ArmMotion {
     let cut = |pair: &[Vec<f64>; 2]| [head(&pair[0], limits::ARM_SAMPLES), head(&pair[1], limits::ARM_SAMPLES)];
     ArmMotion {
         caption: arm.caption.clone(),

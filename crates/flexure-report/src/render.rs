@@ -6,18 +6,19 @@ use minijinja::{AutoEscape, Environment, context};
 
 use serde::Serialize;
 
-use crate::data::{ComparisonPage, JointPage, LookPage, Page, RegressionPage, StudyPage};
+use crate::data::{ComparisonPage, ControlPage, JointPage, LookPage, Page, RegressionPage, StudyPage};
 use crate::payload::payload;
 use crate::text::text;
 use crate::typeset::typeset;
-use crate::{Result, check, comparison, joint, look, regression, study};
+use crate::{Result, check, comparison, control, joint, look, regression, study};
 
 /// The templates by the names under which they include one another.
-const TEMPLATES: [(&str, &str); 8] = [
+const TEMPLATES: [(&str, &str); 9] = [
     ("base.html", include_str!("../assets/base.html")),
     ("parts.html", include_str!("../assets/parts.html")),
     ("identification.html", include_str!("../assets/identification.html")),
     ("compare.html", include_str!("../assets/compare.html")),
+    ("control.html", include_str!("../assets/control.html")),
     ("joint.html", include_str!("../assets/joint.html")),
     ("look.html", include_str!("../assets/look.html")),
     ("regression.html", include_str!("../assets/regression.html")),
@@ -59,6 +60,13 @@ const IDENTIFICATION: [&str; 6] = [
 ];
 
 const JOINT: [&str; 2] = [include_str!("../assets/signals.js"), include_str!("../assets/joint.js")];
+
+const CONTROL: [&str; 4] = [
+    include_str!("../assets/signals.js"),
+    include_str!("../assets/arm-view.js"),
+    include_str!("../assets/arm.js"),
+    include_str!("../assets/control.js"),
+];
 
 const LOOK: [&str; 2] = [include_str!("../assets/signals.js"), include_str!("../assets/look.js")];
 
@@ -133,6 +141,17 @@ pub fn render_comparison(page: &ComparisonPage) -> Result<String> {
     comparison::check(page)?;
     let payload = comparison::payload(page);
     document("compare.html", &JOINT, comparison::text(page, &payload), &payload)
+}
+
+/// The page of a control scenario as one HTML document that needs nothing else.
+///
+/// # Errors
+///
+/// [`crate::Error::Length`], [`crate::Error::Axis`] and [`crate::Error::LinkLength`] if the page's data contradict one another.
+pub fn render_control(page: &ControlPage) -> Result<String> {
+    control::check(page)?;
+    let payload = control::payload(page);
+    document("control.html", &CONTROL, control::text(page, &payload), &payload)
 }
 
 /// The page of a joint's friction and stiffness as one HTML document that needs nothing else.

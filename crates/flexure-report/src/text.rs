@@ -118,7 +118,7 @@ struct RecordText {
 }
 
 #[derive(Serialize)]
-struct ArmText {
+pub(crate) struct ArmText {
     caption: String,
     motors: bool,
     torques: bool,
@@ -206,7 +206,8 @@ fn record(page: &Page, bucket: usize) -> RecordText {
     }
 }
 
-fn arm(arm: &ArmMotion) -> ArmText {
+/// What is said of a motion.
+pub(crate) fn arm(arm: &ArmMotion) -> ArmText {
     ArmText {
         caption: arm.caption.clone(),
         motors: arm.qm.iter().any(|q| !q.is_empty()),

@@ -34,6 +34,7 @@
 //! | [`selection`] | their parameters from data |
 //! | [`bands`] | pointwise and simultaneous confidence bands around them |
 //! | [`linear`] | transfer functions |
+//! | [`control`] | trajectories, controllers and filters of the arm in a loop; models that learn sample by sample |
 //! | [`model`] | static nonlinearities and linear systems in series and in parallel |
 //! | [`look`] | a first look at a record: its columns, and which depends on which |
 //! | [`identify`] | from a record to a model, with a verdict |
@@ -45,6 +46,7 @@
 //! | [`error`] | everything that can go wrong, with the facts in the fields |
 
 pub mod bands;
+pub mod control;
 mod distributions;
 pub mod error;
 pub mod identify;

@@ -1,0 +1,6 @@
+/* Everything drawn on the page of controllers, in the order of the page. */
+
+startTheme();
+if (page.record) plotRecord(page.record);
+if (page.arm) new Player(page.arm);
+finishPage();

@@ -1,0 +1,135 @@
+//! Controllers, estimators and trajectories from their tables.
+
+use flexure::Result;
+use flexure::control::controllers::{
+    AdaptiveGains, Composite, CompositeGains, DirectAdaptive, Feedforward, Fuzzy, FuzzyScales, Gains, Inference,
+    Linearising, Lqg, Weights,
+};
+use flexure::control::estimation::{KalmanFilter, NoiseModel};
+use flexure::control::shaping::{Mode, Shaped};
+use flexure::control::{Controller, Differences, Estimator, Exact, Trajectory};
+use flexure::manipulator::Arm;
+use flexure_io::arm::{ControllerKind, ControllerTable, EstimatorKind, Motion, Scenario};
+
+use super::Contestant;
+
+/// The rate of inverse dynamics, 1/s, and the cut-off of differences, Hz, where none is given.
+const RATE: f64 = 8.0;
+const CUT_OFF: f64 = 10.0;
+
+/// What a loop needs.
+pub struct Made {
+    pub controller: Box<dyn Controller>,
+    pub estimator: MadeEstimator,
+    pub trajectory: Box<dyn Trajectory>,
+}
+
+/// An estimator; a filter can be asked how consistent it was.
+pub enum MadeEstimator {
+    Plain(Box<dyn Estimator>),
+    Filter(Box<KalmanFilter>),
+}
+
+impl MadeEstimator {
+    pub fn as_estimator(&mut self) -> &mut dyn Estimator {
+        match self {
+            MadeEstimator::Plain(estimator) => estimator.as_mut(),
+            MadeEstimator::Filter(filter) => filter.as_mut(),
+        }
+    }
+
+    /// NEES and NIS of the last run.
+    pub fn kept(&self) -> Vec<[f64; 2]> {
+        match self {
+            MadeEstimator::Plain(_) => Vec::new(),
+            MadeEstimator::Filter(filter) => filter.kept().to_vec(),
+        }
+    }
+}
+
+/// A trajectory in a box, to be shaped.
+struct Boxed(Box<dyn Trajectory>);
+
+impl Trajectory for Boxed {
+    fn at(&self, t: f64) -> [flexure::control::Jet; 2] {
+        self.0.at(t)
+    }
+
+    fn end(&self) -> f64 {
+        self.0.end()
+    }
+}
+
+/// Makes what a contestant needs.
+pub fn contestant(scenario: &Scenario, contestant: &Contestant) -> Result<Made> {
+    let model = Arm::new(scenario.model)?;
+    match (contestant.table, contestant.own) {
+        (Some(table), _) => Ok(Made {
+            controller: controller(table, model, scenario)?,
+            estimator: estimator(table, model, scenario)?,
+            trajectory: trajectory(table, model, &scenario.motion)?,
+        }),
+        (None, own) => Ok(Made {
+            controller: own.map_or_else(|| Box::new(Feedforward::none(Gains::default())) as _, |make| make()),
+            estimator: MadeEstimator::Plain(Box::new(Exact)),
+            trajectory: scenario.motion.trajectory(),
+        }),
+    }
+}
+
+fn gains(table: &ControllerTable) -> Result<Gains> {
+    Gains::new(table.kp.unwrap_or_default(), table.kd.unwrap_or_default())
+}
+
+fn controller(table: &ControllerTable, model: Arm, scenario: &Scenario) -> Result<Box<dyn Controller>> {
+    let scales = FuzzyScales::space_arm();
+    Ok(match table.kind {
+        ControllerKind::Pd => Box::new(Feedforward::none(gains(table)?)),
+        ControllerKind::PdFeedforward => Box::new(Feedforward::new(model, gains(table)?)),
+        ControllerKind::InverseDynamics => Box::new(Linearising::new(model, table.rate.unwrap_or(RATE))?),
+        ControllerKind::Lqg => {
+            let step = scenario.options.sampling.sample_time();
+            Box::new(Lqg::new(model, Weights::default(), step)?.on_estimates())
+        }
+        ControllerKind::DirectAdaptive => Box::new(DirectAdaptive::new(&model, AdaptiveGains::space_arm())?),
+        ControllerKind::CompositeAdaptive => Box::new(Composite::new(&model, CompositeGains::space_arm())?),
+        ControllerKind::Mamdani => Box::new(Fuzzy::new(&model, Inference::Mamdani, scales)?),
+        ControllerKind::TakagiSugeno => Box::new(Fuzzy::new(&model, Inference::TakagiSugeno, scales)?),
+    })
+}
+
+fn estimator(table: &ControllerTable, model: Arm, scenario: &Scenario) -> Result<MadeEstimator> {
+    let options = &scenario.options;
+    // Rounding to counts is noise of a twelfth of their square; a filter needs some noise in any case.
+    let counts = options.quantum / 12.0_f64.sqrt();
+    let noise = NoiseModel {
+        encoder: options.encoder_noise.hypot(counts).max(1e-9),
+        torque: options.torque_noise.max(1e-3),
+        drift: 0.0,
+        start: [options.initial_spread[0].max(1e-6), options.initial_spread[1].max(1e-6)],
+    };
+    let differences = |motors_alone| Differences::new(table.cut_off.unwrap_or(CUT_OFF), motors_alone);
+    Ok(match table.estimator {
+        EstimatorKind::Exact => MadeEstimator::Plain(Box::new(Exact)),
+        EstimatorKind::Differences => MadeEstimator::Plain(Box::new(differences(false)?)),
+        EstimatorKind::MotorDifferences => MadeEstimator::Plain(Box::new(differences(true)?)),
+        EstimatorKind::Ekf => MadeEstimator::Filter(Box::new(KalmanFilter::extended(model, noise)?.judged())),
+        EstimatorKind::Ukf => MadeEstimator::Filter(Box::new(KalmanFilter::unscented(model, noise)?.judged())),
+        EstimatorKind::FuzzyEkf => {
+            MadeEstimator::Filter(Box::new(KalmanFilter::extended(model, noise)?.adaptive().judged()))
+        }
+    })
+}
+
+fn trajectory(table: &ControllerTable, model: Arm, motion: &Motion) -> Result<Box<dyn Trajectory>> {
+    let plain = motion.trajectory();
+    let Some(shaper) = table.shaper else {
+        return Ok(plain);
+    };
+    let mode = |mode| Mode::Along {
+        arm: Box::new(model),
+        servo: table.kp.unwrap_or([f64::INFINITY; 2]),
+        mode,
+    };
+    Ok(Box::new(Shaped::new(Boxed(plain), shaper, vec![mode(0), mode(1)])?))
+}

@@ -1,0 +1,83 @@
+//! Any linear system as a controller, sampled at the loop's sample time.
+//!
+//! $$ x_{k+1} = A x_k + B u_k, \qquad \tau_k = C x_k + D u_k + \tau_{d,k} $$
+//!
+//! Its inputs are the errors of both motors' angles; a system of four inputs has those of their velocities behind. With a model the reference is
+//! the motors' motion of that model, and its torque \\(\tau_d\\) is added.
+
+use super::super::{Controller, Measured};
+use super::feedforward::wanted;
+use crate::error::{Error, Result};
+use crate::linalg::{Matrix, Vector};
+use crate::manipulator::Arm;
+
+/// A linear system as a controller.
+#[derive(Debug, Clone)]
+pub struct LinearSystem {
+    model: Option<Arm>,
+    matrices: [Matrix; 4],
+    x: Vector,
+}
+
+impl LinearSystem {
+    /// From row-major A (n by n), B (n by m), C (2 by n) and D (2 by m), m being 2 or 4.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for matrices of other sizes or with elements that are not finite.
+    pub fn new(model: Option<Arm>, a: &[f64], b: &[f64], c: &[f64], d: &[f64]) -> Result<Self> {
+        let n = c.len() / 2;
+        let m = d.len() / 2;
+        if !(d.len() == 4 || d.len() == 8) {
+            return Err(Error::parameter(
+                "the number of elements of D",
+                d.len() as f64,
+                "2 by 2, or 2 by 4 with velocities",
+            ));
+        }
+        if c.len() != 2 * n || a.len() != n * n || b.len() != n * m {
+            return Err(Error::parameter(
+                "the number of elements of A",
+                a.len() as f64,
+                "n by n, with B n by m and C 2 by n",
+            ));
+        }
+        if let Some(&v) = [a, b, c, d].iter().flat_map(|m| m.iter()).find(|v| !v.is_finite()) {
+            return Err(Error::parameter("an element of A, B, C or D", v, "finite"));
+        }
+        Ok(LinearSystem {
+            model,
+            matrices: [
+                Matrix::from_row_slice(n, n, a),
+                Matrix::from_row_slice(n, m, b),
+                Matrix::from_row_slice(2, n, c),
+                Matrix::from_row_slice(2, m, d),
+            ],
+            x: Vector::zeros(n),
+        })
+    }
+}
+
+impl Controller for LinearSystem {
+    fn torque(&mut self, measured: &Measured) -> [f64; 2] {
+        let (qm, held) = match &self.model {
+            Some(model) => {
+                let [now, held] = wanted(model, measured);
+                (now.qm, held.torque)
+            }
+            None => (measured.reference, [0.0; 2]),
+        };
+        let state = &measured.state;
+        let [a, b, c, d] = &self.matrices;
+        let u = Vector::from_fn(d.ncols(), |i, _| match i < 2 {
+            true => qm[i].value() - state.qm[i],
+            false => qm[i - 2].derivative(1) - state.dqm[i - 2],
+        });
+        let torque = c * &self.x + d * &u;
+        self.x = a * &self.x + b * u;
+        [torque[0] + held[0], torque[1] + held[1]]
+    }
+
+    fn reset(&mut self) {
+        self.x.fill(0.0);
+    }
+}

@@ -1,0 +1,72 @@
+//! Whether a filter's errors are as large as it says.
+//!
+//! The normalised square of the error (NEES) has as many degrees of freedom as the state, that of the innovation (NIS) as many as there are
+//! readings: each is chi-squared distributed if the filter is consistent (Bar-Shalom, Li & Kirubarajan 2001, Estimation with
+//! Applications to Tracking and Navigation, section 5.4). Of a consistent filter's, 95 % lie within the two-sided 95 % band.
+
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// The share of values within the band of a distribution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Share {
+    /// The band of 95 %.
+    pub band: [f64; 2],
+    /// The share of the values within it.
+    pub within: f64,
+    /// Their mean; that of a consistent filter is the degrees of freedom.
+    pub mean: f64,
+}
+
+impl Share {
+    /// That of these values, of so many degrees of freedom; values that are not finite are outside.
+    fn new(values: impl Iterator<Item = f64> + Clone, degrees: f64) -> Self {
+        let band = ChiSquared::new(degrees).map_or([f64::NAN; 2], |d| [d.inverse_cdf(0.025), d.inverse_cdf(0.975)]);
+        let n = values.clone().count() as f64;
+        let within = values.clone().filter(|v| (band[0]..=band[1]).contains(v)).count() as f64;
+        Share {
+            band,
+            within: within / n,
+            mean: values.sum::<f64>() / n,
+        }
+    }
+}
+
+/// The consistency of a filter over runs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Consistency {
+    /// Of the errors.
+    pub nees: Share,
+    /// Of the innovations.
+    pub nis: Share,
+}
+
+impl Consistency {
+    /// That of `[NEES, NIS]` at instants of one or several runs, for the arm's eight states and two encoders.
+    pub fn new(kept: &[[f64; 2]]) -> Self {
+        Consistency {
+            nees: Share::new(kept.iter().map(|v| v[0]), 8.0),
+            nis: Share::new(kept.iter().map(|v| v[1]), 2.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bands_are_those_of_chi_squared_distributions() {
+        // scipy.stats.chi2.ppf([0.025, 0.975], [8, 2])
+        let consistency = Consistency::new(&[[8.0, 2.0], [18.0, 0.01], [f64::NAN, 7.0], [3.0, 7.5]]);
+        for (got, expected) in [
+            (consistency.nees.band, [2.179_730_747_252_65, 17.534_546_139_484_65]),
+            (consistency.nis.band, [0.050_635_615_968_579_8, 7.377_758_908_227_87]),
+        ] {
+            assert!(
+                (got[0] - expected[0]).abs() < 1e-8 && (got[1] - expected[1]).abs() < 1e-8,
+                "{got:?}"
+            );
+        }
+        assert_eq!((consistency.nees.within, consistency.nis.within), (0.5, 0.5));
+    }
+}

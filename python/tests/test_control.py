@@ -1,0 +1,94 @@
+"""Control scenarios and models that learn: the command line's numbers, and the truth that was simulated."""
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import flexure
+from flexure.control import Cusum, RecursiveFriction, RecursiveHammerstein, RecursiveLinear, Scenario
+
+SHORT = """
+[plant]
+arm = "space-arm"
+[trajectory]
+kind = "moves"
+postures = [[0.0, 0.6], [0.3, 1.0]]
+duration = 2.0
+[loop]
+sample_time = 0.01
+[[controller]]
+kind = "pd-feedforward"
+kp = [400.0, 300.0]
+kd = [30.0, 20.0]
+"""
+
+
+def test_the_figures_are_the_command_lines(tmp_path, command):
+    path = tmp_path / "scenario.toml"
+    path.write_text(Scenario.preset("rest-to-rest").toml)
+    theirs = json.loads(command("control", path, "--json"))["results"]
+    own = Scenario.from_toml(path).compare()
+    assert [dict(row) for row in own] == theirs
+    assert own["pd"].record is not None and "true_dqm2" in own["pd"].record
+
+
+def test_a_linear_system_is_a_controller():
+    gains = np.hstack([np.diag([400.0, 300.0]), np.diag([30.0, 20.0])])
+    empty = SimpleNamespace(A=np.zeros((0, 0)), B=np.zeros((0, 4)), C=np.zeros((2, 0)), D=gains, dt=0.01)
+    results = Scenario.from_text(SHORT).compare({"mine": empty})
+    assert results["mine"]["tip_error_max_m"] == pytest.approx(results["pd-feedforward"]["tip_error_max_m"], rel=1e-9)
+    with pytest.raises(flexure.ParameterError, match="continuous time"):
+        Scenario.from_text(SHORT).compare({"mine": SimpleNamespace(**{**vars(empty), "dt": 0})})
+    with pytest.raises(KeyError, match="there are: pd-feedforward"):
+        Scenario.from_text(SHORT).compare()["x"]
+
+
+def test_a_system_of_python_control_is_a_controller():
+    control = pytest.importorskip("control")
+    gains = np.hstack([np.diag([400.0, 300.0]), np.diag([30.0, 20.0])])
+    filtered = control.ss(0.5 * np.eye(2), np.eye(2, 4), np.zeros((2, 2)), gains, 0.01)
+    results = Scenario.from_text(SHORT).compare({"mine": filtered})
+    assert results["mine"]["tip_error_max_m"] == pytest.approx(results["pd-feedforward"]["tip_error_max_m"], rel=1e-9)
+
+
+def test_bad_scenarios_say_the_line():
+    with pytest.raises(flexure.FlexureError, match=r"line 15: controller\[1\].kd: missing"):
+        Scenario.from_text(SHORT.replace("kd = [30.0, 20.0]\n", "") + "\n")
+    with pytest.raises(flexure.FlexureError, match="the presets are: square"):
+        Scenario.preset("x")
+
+
+def test_models_learn_what_was_simulated():
+    rng = np.random.default_rng(1)
+    u = rng.normal(size=20_000)
+    w = u + 0.3 * u**2
+    y = np.zeros(len(u))
+    for k in range(2, len(u)):
+        y[k] = 1.2 * y[k - 1] - 0.5 * y[k - 2] + 0.4 * w[k - 1]
+    model = RecursiveHammerstein(2, 2)
+    model.push(u[:100], y[:100])
+    model = RecursiveHammerstein.from_bytes(model.to_bytes())
+    model.push(u[100:], y[100:])
+    np.testing.assert_allclose(model.estimate["a"], [1, -1.2, 0.5], atol=1e-8)
+    np.testing.assert_allclose(model.estimate["b"][1] * model.estimate["powers"], [0.4, 0.12], atol=1e-8)
+    linear = RecursiveLinear(1, forgetting=0.99)
+    assert linear.estimate is None
+
+    t = 0.01 * np.arange(4000)
+    v = np.sin(2 * t) + 0.3 * np.sin(5.3 * t)
+    dry = np.tanh(v / 0.01)
+    middle = lambda x: 0.5 * (x[1:] + x[:-1])  # noqa: E731
+    torque = np.concatenate([[0.0], 3 * np.diff(v) / 0.01 + middle(dry) + 0.5 * middle(v)])
+    friction = RecursiveFriction(0.01)
+    missed = friction.push(torque, v)
+    assert abs(missed[-1]) < 1e-8
+    found = friction.estimate
+    np.testing.assert_allclose([found["inertia"], found["coulomb"], found["viscous"]], [3, 1, 0.5], atol=1e-8)
+
+    detector = Cusum(1.0, quiet=1e5)
+    noise = rng.normal(size=2000)
+    noise[1000:] += 1
+    (place, upwards), *_ = detector.push(noise)
+    assert 1000 <= place < 1000 + 5 * detector.mean_delay and upwards
