@@ -161,19 +161,21 @@ mod tests {
     fn predictions_carry_a_small_covariance_through_the_flow() {
         let arm = Arm::new(space_arm(JointKind::Nonlinear)).unwrap();
         let (before, torque, h) = (start(), [3.0, -2.0], 0.01);
-        let difference = |move_by: &dyn Fn(&mut [f64; 8], &mut [f64; 2], f64), d: f64| -> [f64; 8] {
+        // The derivative by a state (0 to 7) or a torque (8 and 9).
+        let difference = |by: usize, d: f64| -> [f64; 8] {
             let at = |d: f64| {
                 let (mut x, mut torque) = (before.x, torque);
-                move_by(&mut x, &mut torque, d);
+                match by {
+                    0..8 => x[by] += d,
+                    _ => torque[by - 8] += d,
+                }
                 moved(&arm, &x, torque, h)
             };
             let (ahead, behind) = (at(d), at(-d));
             std::array::from_fn(|i| (ahead[i] - behind[i]) / (2.0 * d))
         };
-        let columns: Vec<[f64; 8]> = (0..8).map(|j| difference(&|x, _, d| x[j] += d, 1e-6)).collect();
-        let held: Vec<[f64; 8]> = (0..2)
-            .map(|j| difference(&|_, torque, d| torque[j] += d, 1e-3))
-            .collect();
+        let columns: Vec<[f64; 8]> = (0..8).map(|j| difference(j, 1e-6)).collect();
+        let held: Vec<[f64; 8]> = (8..10).map(|j| difference(j, 1e-3)).collect();
         let mut expected = [[0.0; 8]; 8];
         for i in 0..8 {
             for j in 0..8 {
