@@ -4,7 +4,7 @@
 //! readings: each is chi-squared distributed if the filter is consistent (Bar-Shalom, Li & Kirubarajan 2001, Estimation with
 //! Applications to Tracking and Navigation, section 5.4). Of a consistent filter's, 95 % lie within the two-sided 95 % band.
 
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use crate::distributions::chi_squared_quantile;
 
 /// The share of values within the band of a distribution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,7 +20,7 @@ pub struct Share {
 impl Share {
     /// That of these values, of so many degrees of freedom; values that are not finite are outside.
     fn new(values: impl Iterator<Item = f64> + Clone, degrees: f64) -> Self {
-        let band = ChiSquared::new(degrees).map_or([f64::NAN; 2], |d| [d.inverse_cdf(0.025), d.inverse_cdf(0.975)]);
+        let band = [0.025, 0.975].map(|p| chi_squared_quantile(p, degrees));
         let n = values.clone().count() as f64;
         let within = values.clone().filter(|v| (band[0]..=band[1]).contains(v)).count() as f64;
         Share {
