@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from flexure import _core
-from flexure._arrays import samples
+from flexure._arrays import plain, samples
 
 __all__ = ["Cusum", "Result", "Results", "RecursiveFriction", "RecursiveHammerstein", "RecursiveLinear", "Scenario"]
 
@@ -134,8 +134,8 @@ class Scenario:
 def _matrices(name: str, system: StateSpace, feedforward: bool) -> tuple[str, Array, Array, Array, Array, bool]:
     if getattr(system, "dt", None) in (None, 0):
         raise _core.ParameterError(f"the system '{name}' is in continuous time; sample it at the loop's sample time first")
-    a, b, c, d = (np.atleast_2d(np.asarray(m, dtype=float)) for m in (system.A, system.B, system.C, system.D))
-    return name, *(np.ascontiguousarray(m).ravel() for m in (a, b, c, d)), feedforward
+    a, b, c, d = (plain(np.atleast_2d(np.asarray(m))).ravel() for m in (system.A, system.B, system.C, system.D))
+    return name, a, b, c, d, feedforward
 
 
 class RecursiveHammerstein:

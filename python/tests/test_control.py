@@ -28,7 +28,7 @@ kd = [30.0, 20.0]
 def test_the_figures_are_the_command_lines(tmp_path, command):
     path = tmp_path / "scenario.toml"
     path.write_text(Scenario.preset("rest-to-rest").toml)
-    theirs = json.loads(command("control", path, "--json"))["results"]
+    theirs = json.loads(command("control", path, "--json").stdout)["results"]
     own = Scenario.from_toml(path).compare()
     assert [dict(row) for row in own] == theirs
     assert own["pd"].record is not None and "true_dqm2" in own["pd"].record
@@ -54,7 +54,7 @@ def test_a_system_of_python_control_is_a_controller():
 
 
 def test_bad_scenarios_say_the_line():
-    with pytest.raises(flexure.FlexureError, match=r"line 15: controller\[1\].kd: missing"):
+    with pytest.raises(flexure.FlexureError, match=r"line 10: controller\[1\].kd: missing"):
         Scenario.from_text(SHORT.replace("kd = [30.0, 20.0]\n", "") + "\n")
     with pytest.raises(flexure.FlexureError, match="the presets are: square"):
         Scenario.preset("x")
