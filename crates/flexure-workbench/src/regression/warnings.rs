@@ -14,7 +14,7 @@ use crate::text::list;
 const MANY_ALONE: f64 = 0.05;
 
 /// About so many rows are compared to find copies.
-const COMPARED: usize = 100_000;
+const COMPARED: usize = 10_000;
 /// A larger share of copies is warned of, where the abscissas are at least [`MANY_ABSCISSAS`] of the distinct rows.
 const MANY_COPIES: f64 = 0.1;
 /// See [`MANY_COPIES`].
