@@ -180,7 +180,7 @@ fn twenty_bad_scenarios_are_refused_with_their_line() {
         (
             gains,
             "kp = [400.0, -1.0]",
-            "line 13: controller[1].kp: [400.0, -1.0], but must be not negative",
+            "line 13: controller[1].kp: [400, -1], but must be not negative",
         ),
         (
             gains,
