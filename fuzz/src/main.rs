@@ -5,6 +5,7 @@
 //! | `text`, `mat`, `parquet` | records | the reader returns, and columns have equal lengths |
 //! | `arm`, `model` | arm and model files | the reader returns; what it took can be written and read again |
 //! | `urdf`, `chain` | descriptions of chains | the reader returns; what it took moves finitely |
+//! | `scenario` | control scenarios | the reader returns, and says what is wrong in few words |
 //! | `export` | model files and curves | refused, or a program of finite numbers in every format |
 //! | `options` | arguments of the program | exit code 0, 1 or 2 |
 //! | `numbers` | nasty columns for `identify`, `regress`, `joint`, `look`, `fleet` | exit code 0, 1 or 2; JSON; a model that reads back; else the old file |
@@ -15,6 +16,7 @@
 //! Inputs follow from the seed. One that fails is kept in `target/fuzz`, made smaller by hand, and put into `fuzz/corpus`, which every
 //! run goes through first.
 
+mod commands;
 #[expect(dead_code, reason = "the tests of the exports use more of it")]
 #[path = "../../crates/flexure-export/tests/common/mod.rs"]
 mod models;

@@ -8,7 +8,7 @@ use anyhow::{Context as _, Result, ensure};
 use flexure::manipulator::chain::{ChainSimulation, DrivenChain, RotorCoupling, simulate_chain_watched};
 use flexure::systems::{KnownHammerstein, KnownNonlinearity, known_linear_parts};
 use flexure_export::{Fmi, Format, Options, export};
-use flexure_io::arm::{ArmFile, PRESETS, chain_of_toml, preset_text};
+use flexure_io::arm::{ArmFile, PRESETS, SCENARIOS, Scenario, chain_of_toml, preset_text};
 use flexure_io::urdf::{UrdfOptions, parse_urdf};
 use flexure_io::{ReadOptions, model_text, parse_model, write_record};
 use flexure_workbench::export::exportable;
@@ -16,7 +16,7 @@ use rand_pcg::Pcg64;
 use tempfile::TempDir;
 
 use crate::mutation::changed;
-use crate::{Target, models};
+use crate::{Target, commands, models};
 
 /// Memory for one record.
 const MEMORY: u64 = 64 << 20;
@@ -145,6 +145,28 @@ impl Target for Chains {
 fn urdf(text: &str) -> Result<DrivenChain> {
     let chain = parse_urdf(text, Path::new("robot.urdf"), &UrdfOptions::default())?;
     Ok(DrivenChain::new(chain, &[], RotorCoupling::None)?)
+}
+
+/// A control scenario.
+struct Scenarios(Vec<Vec<u8>>);
+
+impl Target for Scenarios {
+    fn name(&self) -> &'static str {
+        "scenario"
+    }
+
+    fn input(&self, random: &mut Pcg64) -> Vec<u8> {
+        changed(random, &self.0)
+    }
+
+    fn check(&self, input: &[u8]) -> Result<()> {
+        let text = String::from_utf8_lossy(input);
+        // Arm files lie nowhere.
+        if let Err(error) = Scenario::from_toml_str(&text, "the scenario", Path::new("nowhere")) {
+            ensure!(error.to_string().len() < 100_000, "the message is long");
+        }
+        Ok(())
+    }
 }
 
 /// A model file.
@@ -286,6 +308,9 @@ pub fn all(fixtures: &Path) -> Result<Vec<Box<dyn Target>>> {
         let seeds = vec![seed.to_vec()];
         targets.push(Box::new(Chains { name, seeds, read }));
     }
+    let scenarios = SCENARIOS.iter().chain(&commands::SCENARIOS);
+    let scenarios = scenarios.map(|(_, text)| text.as_bytes().to_vec());
+    targets.push(Box::new(Scenarios(scenarios.collect())));
     let mut models = model_seeds()?;
     targets.push(Box::new(Models(models.clone())));
     models.extend([

@@ -88,6 +88,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(path) = &arguments.write_scenario {
         write_text(path, &text)?;
     }
+    if arguments.dry_run && arguments.json {
+        let names: Vec<&str> = scenario.controllers.iter().map(|c| c.name.as_str()).collect();
+        return print(&serde_json::json!({"controllers": names, "wrong": null}).to_string());
+    }
     if arguments.dry_run {
         return print(
             &wrote(&arguments.write_scenario)

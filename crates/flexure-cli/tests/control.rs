@@ -180,7 +180,7 @@ fn twenty_bad_scenarios_are_refused_with_their_line() {
         (
             gains,
             "kp = [400.0, -1.0]",
-            "line 13: controller[1].kp: [400.0, -1.0], but must be not negative",
+            "line 13: controller[1].kp: [400, -1], but must be not negative",
         ),
         (
             gains,
@@ -247,6 +247,61 @@ fn twenty_bad_scenarios_are_refused_with_their_line() {
             .stderr
             .contains("the distance of point 1 from the shoulder is")
     );
+}
+
+/// Values beside what a scenario can have: messages are short, and nothing is left unread.
+#[test]
+fn sizes_and_lengths_of_a_scenario_have_an_end() {
+    let folder = Folder::new();
+    for (old, new, message) in [
+        (
+            "kp = [400.0, 300.0]",
+            "kp = [400.0, 300.0, 200.0]",
+            "s.toml, line 13: there must be 2 numbers in this list, but it has 3",
+        ),
+        (
+            "[0.3, 1.0]",
+            "[0.3, 1.0, 0.0]",
+            "s.toml, line 5: there must be 2 numbers in this list, but it has 3",
+        ),
+        (
+            "[[0.0, 0.6], [0.3, 1.0]]",
+            "[]",
+            "s.toml, line 5: trajectory.postures: there are 0, but must be from 2 to 10000",
+        ),
+        (
+            "hold = 1.0",
+            "hold = 1e300",
+            "s.toml, line 7: trajectory.hold: 1e300, but must be from 0 to 1000000 s",
+        ),
+        (
+            "hold = 1.0",
+            "hold = 99998.0",
+            "s.toml, line 9: loop.sample_time: 0.01, which makes 20000002 samples of all controllers together, \
+             but they can be at most 10000000",
+        ),
+        (
+            "duration = 2.0",
+            "duration = 5e-324",
+            "s.toml, line 6: trajectory.duration: 5e-324, but must be at least one sample time (in s)",
+        ),
+        (
+            "sample_time = 0.01",
+            "sample_time = 1e-9",
+            "s.toml, line 9: loop.sample_time: the motion with its rest takes 3 s, but it must take less than 100 million sample times (in s)",
+        ),
+        (
+            "encoder_noise = 1e-4",
+            "seed = 1e300",
+            "s.toml, line 10: invalid type: floating point `1e300`, expected a whole number that is not negative",
+        ),
+    ] {
+        folder.write("s.toml", SHORT.replacen(old, new, 1));
+        folder.refused("control s.toml", 1, message);
+    }
+    folder.write("s.toml", SHORT);
+    let checked = folder.json("control s.toml --dry-run");
+    assert_eq!(checked["controllers"][1], "inverse-dynamics");
 }
 
 #[test]

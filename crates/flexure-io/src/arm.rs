@@ -53,6 +53,7 @@ mod presets;
 mod record;
 mod run;
 mod scenario;
+mod values;
 
 pub use chain_file::{chain_of_toml, is_chain};
 pub use edit::with_changes;

@@ -12,7 +12,7 @@
 
 mod arm;
 
-use crate::text::{counted, decimal, exact, list};
+use crate::text::{counted, decimal, exact, list, short};
 
 pub use arm::ArmError;
 
@@ -381,7 +381,7 @@ pub enum ParameterError {
 
 /// Why and when a simulation could not be carried on.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("the simulation stopped at t = {time} s: {reason}")]
+#[error("the simulation stopped at t = {} s: {reason}", short(*.time))]
 pub struct SimulationError {
     /// The time reached, s.
     pub time: f64,
@@ -435,8 +435,8 @@ pub enum IntegrationFailure {
     },
     /// No step is short enough for the tolerances.
     #[error(
-        "a step of {step} s is still too long for the tolerances; the motion grows without bound or the input is \
-         not smooth"
+        "a step of {} s is still too long for the tolerances; the motion grows without bound or the input is not smooth",
+        short(*.step)
     )]
     StepTooSmall {
         /// The step that would have come next, s.

@@ -231,6 +231,49 @@ impl Counted {
     }
 }
 
+/// The rounds of a search, at most so many: they are counted as the jobs of a loop, and the loops within them are not.
+pub(crate) struct Rounds {
+    counted: Counted,
+    rounds: std::ops::Range<usize>,
+    _before: Before,
+}
+
+/// At most so many rounds.
+pub(crate) fn rounds(most: usize) -> Rounds {
+    let counted = Counted::new(most);
+    let before = CURRENT.with_borrow_mut(|current| {
+        let before = current.clone();
+        current.iter_mut().for_each(|watched| watched.is_job = true);
+        before
+    });
+    Rounds {
+        counted,
+        rounds: 0..most,
+        _before: Before(before),
+    }
+}
+
+impl Iterator for Rounds {
+    type Item = usize;
+
+    fn next(&mut self) -> Option<usize> {
+        let round = self.rounds.next()?;
+        if round > 0 {
+            self.counted.one();
+        }
+        Some(round)
+    }
+}
+
+impl Drop for Rounds {
+    /// Most searches end before their last round: then nothing is left.
+    fn drop(&mut self) {
+        if let Some(watching) = &self.counted.0 {
+            watching.begin(0);
+        }
+    }
+}
+
 /// Does a job of work that is watched so, on whatever thread: the job's loops ask there too. Unwinds if it is asked to stop.
 ///
 /// Every job says so for itself. A thread that waits within one may take another computation's, and asks for that one meanwhile.

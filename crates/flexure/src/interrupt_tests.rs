@@ -308,6 +308,20 @@ fn the_outermost_loop_says_how_far_it_is() {
         (after_first, interrupt.progress())
     });
     assert_eq!(seen, Ok((Some((5, 5)), Some((2, 2)))));
+    let seen = interrupt.watch(|| {
+        let during: Vec<_> = rounds(4)
+            .take(3)
+            .map(|round| (map(5, |i| i).len() + round, interrupt.progress()))
+            .collect();
+        let after = interrupt.progress();
+        map(2, |i| i);
+        (during, after)
+    });
+    let of_four = |done| Some((done, 4));
+    assert_eq!(
+        seen,
+        Ok((vec![(5, of_four(0)), (6, of_four(1)), (7, of_four(2))], None))
+    );
     map(7, |i| i);
     Interrupt::report(1, 9);
     assert_eq!(interrupt.progress(), Some((2, 2)));

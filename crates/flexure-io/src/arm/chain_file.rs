@@ -45,6 +45,7 @@ use serde::Deserialize;
 
 use super::error::ArmError;
 use super::file::{JointTable, Source};
+use super::values::{list, plain};
 use crate::urdf::rotation;
 
 /// Gravity on the ground, z upwards, m/s^2.
@@ -64,6 +65,7 @@ struct File {
 struct ChainTable {
     #[serde(default)]
     base: BaseName,
+    #[serde(default, deserialize_with = "list::<_, _, 3>")]
     gravity: Option<[f64; 3]>,
     #[serde(default)]
     rotors: Rotors,
@@ -101,8 +103,9 @@ enum Motion {
 #[serde(deny_unknown_fields)]
 struct Body {
     mass: f64,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "list::<_, _, 3>")]
     com: [f64; 3],
+    #[serde(deserialize_with = "list::<_, _, 6>")]
     inertia: [f64; 6],
 }
 
@@ -111,8 +114,9 @@ struct Body {
 struct Load {
     link: Option<String>,
     mass: f64,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "list::<_, _, 3>")]
     com: [f64; 3],
+    #[serde(default, deserialize_with = "list::<_, _, 6>")]
     inertia: Option<[f64; 6]>,
 }
 
@@ -124,14 +128,18 @@ struct LinkTable {
     joint: String,
     #[serde(rename = "type", default)]
     motion: Motion,
+    #[serde(default, deserialize_with = "list::<_, _, 3>")]
     axis: Option<[f64; 3]>,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "list::<_, _, 3>")]
     origin: [f64; 3],
-    #[serde(default)]
+    #[serde(default, deserialize_with = "list::<_, _, 3>")]
     rpy: [f64; 3],
+    #[serde(default, deserialize_with = "list::<_, _, 2>")]
     limits: Option<[f64; 2]>,
     mass: Option<f64>,
+    #[serde(default, deserialize_with = "list::<_, _, 3>")]
     com: Option<[f64; 3]>,
+    #[serde(default, deserialize_with = "list::<_, _, 6>")]
     inertia: Option<[f64; 6]>,
     drive: Option<toml::Table>,
 }
@@ -310,7 +318,7 @@ fn drives(source: &Source, links: &[LinkTable]) -> Result<Vec<(usize, ChainDrive
 fn driven(source: &Source, table: &toml::Table, key: &str) -> Result<ChainDrive, ArmError> {
     let mut table = table.clone();
     let (model, ratio) = (table.remove("model"), table.remove("gear_ratio"));
-    let wrong = |name: &str, error: &toml::de::Error| source.value(format!("{key}{name}"), error.message());
+    let wrong = |name: &str, error: &toml::de::Error| source.value(format!("{key}{name}"), plain(error.message()));
     let Some(model) = model else {
         return Err(source.value(format!("{key}.model"), "missing; it is rigid, linear or nonlinear"));
     };

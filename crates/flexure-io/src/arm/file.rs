@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::{ArmError, find_line, line_of};
 use super::excitation::{DriveKind, Excitation, Kind};
+use super::values::{friction, list, plain};
 
 /// A checked arm file.
 #[derive(Debug, Clone, PartialEq)]
@@ -111,7 +112,9 @@ pub(super) struct JointTable {
     windup: Option<f64>,
     windup_sharpness: Option<f64>,
     damping: Option<f64>,
+    #[serde(default, deserialize_with = "friction")]
     friction: Option<Friction>,
+    #[serde(default, deserialize_with = "friction")]
     motor_friction: Option<Friction>,
     #[serde(default)]
     locked: bool,
@@ -120,9 +123,13 @@ pub(super) struct JointTable {
 #[derive(Serialize, Deserialize, Default)]
 #[serde(deny_unknown_fields, default)]
 struct InitialTable {
+    #[serde(deserialize_with = "list::<_, _, 2>")]
     q: [f64; 2],
+    #[serde(deserialize_with = "list::<_, _, 2>")]
     qm: [f64; 2],
+    #[serde(deserialize_with = "list::<_, _, 2>")]
     dq: [f64; 2],
+    #[serde(deserialize_with = "list::<_, _, 2>")]
     dqm: [f64; 2],
 }
 
@@ -310,17 +317,6 @@ impl ArmFile {
             }
         }
         Ok(())
-    }
-}
-
-/// What the parser says, in plain English.
-fn plain(message: &str) -> String {
-    let length = message
-        .strip_prefix("invalid length ")
-        .and_then(|rest| rest.split_once(", expected an array of length "));
-    match length {
-        Some((got, expected)) => format!("there must be {expected} numbers in this list, but it has {got}"),
-        None => message.replace("expected f64", "expected a number"),
     }
 }
 

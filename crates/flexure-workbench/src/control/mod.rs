@@ -5,6 +5,7 @@ mod outcome;
 mod page;
 
 use std::ops::ControlFlow;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use anyhow::{Result, bail};
@@ -26,12 +27,45 @@ struct Contestant<'a> {
     own: Option<&'a OwnController>,
 }
 
-/// A run with what it was judged by.
+impl Contestant<'_> {
+    fn is_shaped(&self) -> bool {
+        self.table.is_some_and(|table| table.shaper.is_some())
+    }
+}
+
+/// What a run was judged by.
 struct Judged {
     figures: Figures,
     unshaped: Option<f64>,
-    kept: Vec<[f64; 2]>,
-    run: Run,
+    consistency: Option<Consistency>,
+}
+
+/// The most runs of all controllers together.
+const MOST_RUNS: usize = 1_000_000;
+
+/// The parts of a run after which its progress is told.
+const PARTS: usize = 64;
+
+/// How far all runs are.
+struct Watch<'a> {
+    done: AtomicUsize,
+    all: usize,
+    stopped: AtomicBool,
+    progress: &'a (dyn Fn(f64) -> ControlFlow<()> + Sync),
+}
+
+impl Watch<'_> {
+    fn is_stopped(&self) -> bool {
+        self.stopped.load(Ordering::Relaxed)
+    }
+
+    /// So many more parts are done.
+    fn advance(&self, parts: usize) {
+        let done = parts + self.done.fetch_add(parts, Ordering::Relaxed);
+        if (self.progress)(done as f64 / self.all as f64).is_break() {
+            self.stopped.store(true, Ordering::Relaxed);
+        }
+    }
 }
 
 /// Runs all controllers of a scenario, and those in `own`, with `seeds` runs of each (left out: as the scenario says).
@@ -60,35 +94,54 @@ pub fn compare(
     });
     let all: Vec<Contestant> = tables.chain(brought).collect();
     let seeds = seeds.unwrap_or(scenario.seeds);
+    let runs = seeds.saturating_mul(all.len());
+    if runs > MOST_RUNS {
+        bail!(
+            "{seeds} runs of {} controllers are {runs}, but they can be at most {MOST_RUNS}; use fewer seeds",
+            all.len()
+        );
+    }
     let jobs: Vec<(usize, u64)> = (0..all.len())
-        .flat_map(|i| (0..seeds as u64).map(move |k| (i, scenario.options.seed.wrapping_add(k))))
+        .flat_map(|i| (0..seeds as u64).map(move |k| (i, k)))
         .collect();
     let plant = Arm::new(scenario.plant)?;
     // What cannot be made is found before anything runs.
     for contestant in &all {
         build::contestant(scenario, contestant)?;
     }
-    let done = AtomicUsize::new(0);
-    let stopped = AtomicBool::new(false);
-    let results = batch(&jobs, |&(i, seed)| {
-        if stopped.load(Ordering::Relaxed) {
+    // A shaped controller runs twice.
+    let weight = |contestant: &Contestant| if contestant.is_shaped() { 2 } else { 1 };
+    let watch = Watch {
+        done: AtomicUsize::new(0),
+        all: PARTS * seeds * all.iter().map(weight).sum::<usize>(),
+        stopped: AtomicBool::new(false),
+        progress,
+    };
+    // Of each controller the first run that was carried through; others would take too much memory.
+    let firsts: Vec<Mutex<Option<(u64, Run)>>> = all.iter().map(|_| Mutex::default()).collect();
+    let results = batch(&jobs, |&(i, k)| {
+        if watch.is_stopped() {
             return None;
         }
-        let judged = judge(scenario, &plant, &all[i], seed, &stopped);
-        let share = (1 + done.fetch_add(1, Ordering::Relaxed)) as f64 / jobs.len() as f64;
-        if progress(share).is_break() {
-            stopped.store(true, Ordering::Relaxed);
-        }
-        Some(judged)
+        let seed = scenario.options.seed.wrapping_add(k);
+        Some(judge(scenario, &plant, &all[i], seed, &watch).map(|(judged, run)| {
+            if let Ok(mut first) = firsts[i].lock()
+                && first.as_ref().is_none_or(|(before, _)| k < *before)
+            {
+                *first = Some((k, run));
+            }
+            judged
+        }))
     });
-    if stopped.load(Ordering::Relaxed) || results.len() < jobs.len() {
+    if watch.is_stopped() || results.len() < jobs.len() {
         bail!("stopped, as asked");
     }
     let mut rows = Vec::with_capacity(all.len());
     let mut results = results.into_iter().flatten();
-    for contestant in &all {
+    for (contestant, first) in all.iter().zip(firsts) {
         let of_this: Vec<_> = results.by_ref().take(seeds).collect();
-        rows.push(Row::new(contestant.name.clone(), of_this, extent(scenario)));
+        let run = first.into_inner().ok().flatten().map(|(_, run)| run);
+        rows.push(Row::new(contestant.name.clone(), of_this, run, extent(scenario)));
     }
     Ok(Outcome {
         rows,
@@ -124,14 +177,13 @@ fn judge(
     plant: &Arm,
     contestant: &Contestant,
     seed: u64,
-    stopped: &AtomicBool,
-) -> Result<Judged, flexure::Error> {
+    watch: &Watch,
+) -> Result<(Judged, Run), flexure::Error> {
     let links = scenario.plant.links;
     let plain = build::contestant(scenario, contestant)?;
-    let (run, figures, kept) = driven(scenario, plant, plain, seed, &links, stopped)?;
+    let (run, figures, kept) = driven(scenario, plant, plain, seed, &links, watch)?;
     // A shaped controller is measured against itself without the shaper.
-    let shaped = contestant.table.filter(|table| table.shaper.is_some());
-    let unshaped = match shaped {
+    let unshaped = match contestant.table.filter(|_| contestant.is_shaped()) {
         None => None,
         Some(table) => {
             let table = ControllerTable {
@@ -144,16 +196,16 @@ fn judge(
                 own: None,
             };
             let made = build::contestant(scenario, &without)?;
-            let (_, without, _) = driven(scenario, plant, made, seed, &links, stopped)?;
+            let (_, without, _) = driven(scenario, plant, made, seed, &links, watch)?;
             Some(figures.residual_vibration / without.residual_vibration)
         }
     };
-    Ok(Judged {
+    let judged = Judged {
         figures,
         unshaped,
-        kept,
-        run,
-    })
+        consistency: (!kept.is_empty()).then(|| Consistency::new(&kept)),
+    };
+    Ok((judged, run))
 }
 
 type Driven = (Run, Figures, Vec<[f64; 2]>);
@@ -164,7 +216,7 @@ fn driven(
     made: build::Made,
     seed: u64,
     links: &[Link; 2],
-    stopped: &AtomicBool,
+    watch: &Watch,
 ) -> Result<Driven, flexure::Error> {
     let build::Made {
         mut controller,
@@ -172,15 +224,24 @@ fn driven(
         trajectory,
     } = made;
     let step = scenario.options.sampling.sample_time();
+    let end = trajectory.end() + scenario.hold;
     let options = LoopOptions {
         seed,
-        sampling: Sampling::new(trajectory.end() + scenario.hold, step)?,
+        sampling: Sampling::new(end, step)?,
         ..scenario.options
     };
     let start = start_of(plant, trajectory.as_ref());
-    let mut watch = |_: f64| match stopped.load(Ordering::Relaxed) {
-        true => ControlFlow::Break(()),
-        false => ControlFlow::Continue(()),
+    let mut told = 0;
+    let mut tell = |t: f64| {
+        let now = (PARTS as f64 * t / end) as usize;
+        if now > told {
+            watch.advance(now.min(PARTS) - told);
+            told = now.min(PARTS);
+        }
+        match watch.is_stopped() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
     };
     let run = run_loop_watched(
         plant,
@@ -189,13 +250,11 @@ fn driven(
         estimator.as_estimator(),
         trajectory.as_ref(),
         &options,
-        &mut watch,
-    )?;
+        &mut tell,
+    );
+    // A run that failed is done too.
+    watch.advance(PARTS - told);
+    let run = run?;
     let figures = Figures::new(&run, links, trajectory.end());
     Ok((run, figures, estimator.kept()))
-}
-
-/// The consistency of a filter over runs, where there is one.
-fn consistency(kept: &[[f64; 2]]) -> Option<Consistency> {
-    (!kept.is_empty()).then(|| Consistency::new(kept))
 }

@@ -5,7 +5,7 @@ use flexure::control::{Figures, Run};
 use flexure::manipulator::Link;
 use serde_json::{Value, json};
 
-use super::{Judged, consistency};
+use super::Judged;
 use crate::lines::{Lines, Tone};
 
 /// A figure over seeds.
@@ -55,16 +55,21 @@ pub struct Row {
     pub seeds: usize,
     /// What went wrong in the others.
     pub failure: Option<String>,
-    /// The first run.
+    /// The first run that was carried through.
     pub run: Option<Run>,
 }
 
 impl Row {
-    pub(super) fn new(controller: String, results: Vec<flexure::Result<Judged>>, extent: f64) -> Self {
+    pub(super) fn new(
+        controller: String,
+        results: Vec<flexure::Result<Judged>>,
+        run: Option<Run>,
+        extent: f64,
+    ) -> Self {
         let failure = results.iter().find_map(|r| r.as_ref().err().map(ToString::to_string));
-        let mut judged: Vec<Judged> = results.into_iter().flatten().collect();
+        let judged: Vec<Judged> = results.into_iter().flatten().collect();
         let spread = |of: &dyn Fn(&Figures) -> f64| Spread::new(judged.iter().map(|j| of(&j.figures)));
-        let kept: Vec<[f64; 2]> = judged.iter().flat_map(|j| j.kept.iter().copied()).collect();
+        let consistency: Vec<Consistency> = judged.iter().filter_map(|j| j.consistency).collect();
         let shaped = judged.iter().any(|j| j.unshaped.is_some());
         Row {
             controller,
@@ -75,10 +80,10 @@ impl Row {
                 .then(|| Spread::new(judged.iter().filter_map(|j| j.unshaped.map(|u| 100.0 * u)))),
             torque_peak: spread(&|f| f.torque_peak),
             velocity_error: spread(&|f| f.velocity_error_rms),
-            consistency: consistency(&kept),
+            consistency: Consistency::over(&consistency),
             seeds: judged.len(),
             failure,
-            run: (!judged.is_empty()).then(|| judged.swap_remove(0).run),
+            run,
         }
     }
 
@@ -125,7 +130,7 @@ pub struct Outcome {
 pub(super) fn short(value: f64) -> String {
     match value.is_finite() {
         true if value == 0.0 => "0".to_owned(),
-        true if value.abs() < 1e-3 => format!("{value:.1e}"),
+        true if !(1e-3..1e6).contains(&value.abs()) => format!("{value:.1e}"),
         true => {
             let digits = (2 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
             format!("{value:.digits$}")

@@ -16,6 +16,7 @@ use crate::interrupt;
 use crate::manipulator::{Arm, State};
 use crate::record::Record;
 use crate::simulation::{Dop853, Sampling, Tolerances};
+use crate::text::decimal;
 
 /// What is controlled: two joints with their motors.
 pub trait Plant {
@@ -363,7 +364,7 @@ pub fn run_loop_watched(
         });
         if let Some(torque) = torque.iter().find(|torque| !torque.is_finite()) {
             return Err(Error::parameter(
-                format!("the controller's torque at t = {t} s"),
+                format!("the controller's torque at t = {} s", decimal(t)),
                 *torque,
                 "finite",
             ));

@@ -89,7 +89,7 @@ pub(crate) fn minimise_squares(
     let mut parameters = start;
     let mut point = evaluate(&parameters)?;
     let (mut damping, mut growth) = (FIRST_DAMPING, 2.0);
-    for _ in 0..iterations {
+    for _ in interrupt::rounds(iterations) {
         if interrupt::requested() {
             break;
         }

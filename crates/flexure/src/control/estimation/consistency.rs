@@ -29,6 +29,16 @@ impl Share {
             mean: values.sum::<f64>() / n,
         }
     }
+
+    /// That of several runs of one length.
+    fn over(runs: impl Iterator<Item = Share> + Clone) -> Option<Self> {
+        let n = runs.clone().count() as f64;
+        Some(Share {
+            band: runs.clone().next()?.band,
+            within: runs.clone().map(|share| share.within).sum::<f64>() / n,
+            mean: runs.map(|share| share.mean).sum::<f64>() / n,
+        })
+    }
 }
 
 /// The consistency of a filter over runs.
@@ -47,6 +57,14 @@ impl Consistency {
             nees: Share::new(kept.iter().map(|v| v[0]), 8.0),
             nis: Share::new(kept.iter().map(|v| v[1]), 2.0),
         }
+    }
+
+    /// That of several runs of one length; `None` of none.
+    pub fn over(runs: &[Consistency]) -> Option<Self> {
+        Some(Consistency {
+            nees: Share::over(runs.iter().map(|run| run.nees))?,
+            nis: Share::over(runs.iter().map(|run| run.nis))?,
+        })
     }
 }
 
@@ -68,5 +86,13 @@ mod tests {
             );
         }
         assert_eq!((consistency.nees.within, consistency.nis.within), (0.5, 0.5));
+        assert_eq!(Consistency::over(&[]), None);
+    }
+
+    #[test]
+    fn two_runs_are_judged_as_one_of_both() {
+        let values = [[8.0, 2.0], [18.0, 0.01], [4.0, 7.0], [3.0, 7.5]];
+        let parts: Vec<Consistency> = values.chunks(2).map(Consistency::new).collect();
+        assert_eq!(Consistency::over(&parts), Some(Consistency::new(&values)));
     }
 }

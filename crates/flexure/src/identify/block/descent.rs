@@ -8,6 +8,7 @@ use super::least_squares::{UnitDiagonal, inner_products, normal_equations};
 use super::limits::{FIRST_DAMPING, LARGEST_CORRECTION, MOST_REJECTIONS, PROBED_SHARE, SMALLEST_DAMPING, StopRule};
 use super::monitor::Monitor;
 use super::signals::convolved;
+use crate::interrupt;
 use crate::linear::levenberg_marquardt::{Linearisation, NormalEquations, Step};
 use crate::parallel;
 
@@ -45,7 +46,7 @@ pub(in crate::identify) fn descend(
     let mut parameters = start;
     let mut cost = cost_of(&parameters)?;
     let mut damping = FIRST_DAMPING;
-    for _ in 0..rule.steps {
+    for _ in interrupt::rounds(rule.steps) {
         if !monitor.keep_on() {
             break;
         }

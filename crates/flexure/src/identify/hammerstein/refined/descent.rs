@@ -31,7 +31,7 @@ pub(super) struct Descended {
 pub(super) fn descend(mut blocks: Blocks, observed: &Observed, whitening: &[f64], steps: usize) -> Descended {
     let mut equations = blocks.equations(observed, whitening);
     let mut damping = FIRST_DAMPING;
-    for _ in 0..steps {
+    for _ in interrupt::rounds(steps) {
         let fixed = blocks.fixed_parameter();
         let before = equations.normal.cost;
         let mut next = None;
