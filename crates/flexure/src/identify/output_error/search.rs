@@ -9,9 +9,7 @@ use super::super::block::{Monitor, Signals, Stage, StopRule, linear_delays};
 
 use super::fit::{Criterion, whitened};
 use super::held_back::{HeldBack, fitted_samples};
-use super::limits::{
-    CANCELLED, FIT, HELD_BACK, LAST, MOST_POLES, RINGING, ROUNDS, SAMPLES_A_PARAMETER, SEARCH_SAMPLES,
-};
+use super::limits::{FIT, HELD_BACK, LAST, MOST_POLES, RINGING, ROUNDS, SAMPLES_A_PARAMETER, SEARCH_SAMPLES};
 use super::system::{LinearSystem, Numerator, Orders, head};
 use crate::linear::{Complex, TransferFunction};
 use crate::parallel;
