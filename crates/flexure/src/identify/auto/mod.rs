@@ -98,7 +98,9 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
             let exactly = i.verdict.refutation().is_none();
             i.verdict.holds() && (exactly || complexity(i.structure) >= Some(GENERAL))
         };
-        let suffices = |i: &Identification| leaves_white_noise(i) || general && holds(i);
+        let error = |i: &Identification| i.verdict.measures.rms;
+        let least = fitted.iter().map(error).fold(f64::INFINITY, f64::min);
+        let suffices = |i: &Identification| leaves_white_noise(i) || general && holds(i) && error(i) <= least;
         let simpler = |i: &&Identification| complexity(i.structure) < structure.complexity;
         if fitted.iter().filter(simpler).any(suffices) {
             not_fitted.superfluous.push(structure.name.title);
@@ -118,7 +120,7 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
 /// The titles of structures that were not fitted.
 #[derive(Default)]
 struct NotFitted {
-    /// A simpler one leaves nothing to explain.
+    /// A simpler one holds.
     superfluous: Vec<&'static str>,
     too_few_samples: Vec<&'static str>,
 }

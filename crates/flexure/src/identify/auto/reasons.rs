@@ -54,10 +54,7 @@ pub(super) fn reasons(
         .filter_map(|c| Some((c, strongest(c)?)));
     all.extend(refuted.map(|(c, by)| format!("{} is refuted by {by}.", capitalised(c.structure.title))));
     for (titles, why) in [
-        (
-            &not_fitted.superfluous,
-            "a simpler structure passes all tests of its error",
-        ),
+        (&not_fitted.superfluous, "a simpler structure holds"),
         (&not_fitted.too_few_samples, "the samples are too few"),
     ] {
         if !titles.is_empty() {

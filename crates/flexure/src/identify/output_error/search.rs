@@ -11,7 +11,7 @@ use super::fit::{Criterion, whitened};
 use super::held_back::{HeldBack, fitted_samples};
 use super::limits::{FIT, HELD_BACK, LAST, MOST_POLES, RINGING, ROUNDS, SAMPLES_A_PARAMETER, SEARCH_SAMPLES};
 use super::system::{LinearSystem, Numerator, Orders, head};
-use crate::linear::Complex;
+use crate::linear::{Complex, TransferFunction};
 use crate::parallel;
 
 /// A system that was tried.
@@ -170,8 +170,8 @@ fn tried(
     candidates.into_iter().flatten().collect()
 }
 
-/// The fit with its errors on what it has not seen; `None` for one that rings for much longer than the samples last: with a state at the start
-/// it would follow any slow swing.
+/// The fit with its errors on what it has not seen; `None` for one that rings for much longer than the samples last, or with a pole
+/// that its inputs do not move: with a state at the start it would follow any slow swing.
 fn candidate(
     orders: &Orders,
     criterion: Criterion,
@@ -184,7 +184,7 @@ fn candidate(
     let system = criterion.fitted(orders, data, start, rule, monitor)?;
     let longest = (-1.0 / (RINGING * data.y.len() as f64)).exp();
     let rings_on = |pole: &Complex<f64>| pole.im != 0.0 && pole.norm() > longest;
-    if system.denominator.poles().iter().any(rings_on) {
+    if system.denominator.poles().iter().any(rings_on) || drifts_alone(&system, longest) {
         return None;
     }
     let held_back = HeldBack::new(orders, criterion, &system, data, monitor)?;
@@ -194,6 +194,17 @@ fn candidate(
         system,
         held_back,
     })
+}
+
+/// Whether a real pole beyond `longest` has a zero of every input beyond it too. The two nearly cancel over the record: only the state at
+/// the start moves such a pole.
+fn drifts_alone(system: &LinearSystem, longest: f64) -> bool {
+    let slow = |root: &Complex<f64>| root.im == 0.0 && root.re > longest;
+    let has_slow_zero = |b: &Vec<f64>| {
+        let zeros = TransferFunction::new(b.clone(), vec![1.0]).ok().and_then(|g| g.zeros());
+        zeros.is_some_and(|zeros| zeros.iter().any(slow))
+    };
+    system.denominator.poles().iter().any(slow) && system.numerators.iter().all(has_slow_zero)
 }
 
 /// The candidate at the end of its minimisation, and whitened, unless it goes on worse from there: then it follows what is not in the
