@@ -26,8 +26,8 @@ pub struct CompositeGains {
     pub surface: f64,
     /// `K_D` of both joints, N m s/rad.
     pub feedback: [f64; 2],
-    /// The rate on the tracking error: of inertias, and of friction.
-    pub tracking: [f64; 2],
+    /// The rates on the tracking error: of inertias, and of the friction of either joint.
+    pub tracking: [f64; 3],
     /// The weight of the prediction error beside it.
     pub prediction: f64,
     /// The filter's cut-off, rad/s.
@@ -42,7 +42,7 @@ impl CompositeGains {
         CompositeGains {
             surface: 900.0 / 350.0,
             feedback: [350.0, 60.0],
-            tracking: [100.0, 100.0],
+            tracking: [100.0; 3],
             prediction: 0.1,
             cut_off: 2.0,
             damping: 40.0,
@@ -88,6 +88,7 @@ impl Composite {
             gains.feedback[1],
             gains.tracking[0],
             gains.tracking[1],
+            gains.tracking[2],
             gains.prediction,
             gains.cut_off,
         ];
@@ -169,7 +170,8 @@ impl Controller for Composite {
             let miss =
                 |i: usize| (0..PARAMETERS).map(|k| seen[i][k] * self.estimate[k]).sum::<f64>() - seen[i][PARAMETERS];
             let prediction: f64 = (0..2).map(|i| seen[i][j] * miss(i)).sum();
-            let rate = if j < 3 { g.tracking[0] } else { g.tracking[1] };
+            // Three inertias, then two parameters of the friction of either joint.
+            let rate = g.tracking[(j.max(1) - 1) / 2];
             self.estimate[j] -= step * rate * (tracking + g.prediction * prediction);
         }
         self.last = torque;

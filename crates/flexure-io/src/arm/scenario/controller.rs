@@ -1,0 +1,201 @@
+//! The controllers of a scenario, with the keys of each kind.
+
+use flexure::control::shaping::Shaper;
+use serde::Deserialize;
+
+use super::super::error::ArmError;
+use super::super::file::Source;
+
+/// The kinds of controllers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ControllerKind {
+    /// PD at the motors.
+    Pd,
+    /// PD with the feedforward of the model.
+    PdFeedforward,
+    /// Feedback linearisation.
+    InverseDynamics,
+    /// Linear-quadratic.
+    Lqg,
+    /// Simple adaptive control.
+    DirectAdaptive,
+    /// Slotine and Li's composite law.
+    CompositeAdaptive,
+    /// Fuzzy, Mamdani.
+    Mamdani,
+    /// Fuzzy, Takagi-Sugeno.
+    TakagiSugeno,
+}
+
+impl ControllerKind {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            ControllerKind::Pd => "pd",
+            ControllerKind::PdFeedforward => "pd-feedforward",
+            ControllerKind::InverseDynamics => "inverse-dynamics",
+            ControllerKind::Lqg => "lqg",
+            ControllerKind::DirectAdaptive => "direct-adaptive",
+            ControllerKind::CompositeAdaptive => "composite-adaptive",
+            ControllerKind::Mamdani => "mamdani",
+            ControllerKind::TakagiSugeno => "takagi-sugeno",
+        }
+    }
+
+    /// Whether it is a servo with gains `kp` and `kd`.
+    pub fn is_servo(self) -> bool {
+        matches!(self, ControllerKind::Pd | ControllerKind::PdFeedforward)
+    }
+}
+
+/// The ways to a state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Default)]
+#[serde(rename_all = "kebab-case")]
+pub enum EstimatorKind {
+    /// The true state.
+    #[default]
+    Exact,
+    /// Filtered differences of all encoders.
+    Differences,
+    /// Of the motors' alone.
+    MotorDifferences,
+    /// The extended Kalman filter, from the motors' encoders.
+    Ekf,
+    /// The unscented one.
+    Ukf,
+    /// The extended one with fuzzy adaptation of its noise.
+    FuzzyEkf,
+}
+
+impl EstimatorKind {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            EstimatorKind::Exact => "exact",
+            EstimatorKind::Differences => "differences",
+            EstimatorKind::MotorDifferences => "motor-differences",
+            EstimatorKind::Ekf => "ekf",
+            EstimatorKind::Ukf => "ukf",
+            EstimatorKind::FuzzyEkf => "fuzzy-ekf",
+        }
+    }
+
+    /// Whether it is a filter of differences, with a cut-off.
+    pub fn is_difference(self) -> bool {
+        matches!(self, EstimatorKind::Differences | EstimatorKind::MotorDifferences)
+    }
+}
+
+/// The table `[[controller]]`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ControllerTable {
+    /// The kind.
+    pub kind: ControllerKind,
+    /// Its name in results; left out: kind, shaper and estimator.
+    #[serde(default)]
+    pub name: String,
+    /// `kp` of a servo, N m/rad.
+    pub kp: Option<[f64; 2]>,
+    /// `kd` of a servo, N m s/rad.
+    pub kd: Option<[f64; 2]>,
+    /// The rate of inverse dynamics, 1/s; default 8.
+    pub rate: Option<f64>,
+    /// The input shaper.
+    #[serde(default, deserialize_with = "shaper")]
+    pub shaper: Option<Shaper>,
+    /// The way to a state.
+    #[serde(default)]
+    pub estimator: EstimatorKind,
+    /// The cut-off of differences, Hz; default 10.
+    pub cut_off: Option<f64>,
+}
+
+fn shaper<'de, D: serde::Deserializer<'de>>(text: D) -> Result<Option<Shaper>, D::Error> {
+    let name = String::deserialize(text)?;
+    let found = Shaper::ALL.into_iter().find(|shaper| shaper.name() == name);
+    let names = Shaper::ALL.map(Shaper::name).join(", ");
+    found
+        .map(Some)
+        .ok_or_else(|| serde::de::Error::custom(format!("no shaper '{name}'; the shapers are: {names}")))
+}
+
+/// Checks the keys of a controller, and gives it a name of its own.
+pub(super) fn complete(source: &Source, controllers: &mut [ControllerTable], i: usize) -> Result<(), ArmError> {
+    let (before, rest) = controllers.split_at_mut(i);
+    let Some(table) = rest.first_mut() else {
+        return Ok(());
+    };
+    let kind = table.kind;
+    let wrong = |name: &str, reason: String| Err(source.value(format!("controller[{}].{name}", i + 1), reason));
+    for (name, unit, gains) in [("kp", "N m/rad", table.kp), ("kd", "N m s/rad", table.kd)] {
+        match gains {
+            Some(_) if !kind.is_servo() => {
+                return wrong(
+                    name,
+                    format!("the kind \"{}\" has no such key; leave it out", kind.name()),
+                );
+            }
+            None if kind.is_servo() => {
+                return wrong(name, format!("missing; a servo needs it for both joints, in {unit}"));
+            }
+            Some(gains) if !gains.iter().all(|g| *g >= 0.0 && g.is_finite()) => {
+                return wrong(
+                    name,
+                    format!("{gains:?}, but must be not negative and finite (in {unit})"),
+                );
+            }
+            _ => {}
+        }
+    }
+    match table.rate {
+        Some(_) if kind != ControllerKind::InverseDynamics => {
+            return wrong(
+                "rate",
+                format!("the kind \"{}\" has no such key; leave it out", kind.name()),
+            );
+        }
+        Some(rate) if !(rate > 0.0 && rate.is_finite()) => {
+            return wrong("rate", format!("{rate}, but must be positive and finite (in 1/s)"));
+        }
+        _ => {}
+    }
+    if table.shaper.is_some() && !kind.is_servo() {
+        return wrong(
+            "shaper",
+            "shapers are for servos, whose modes are known: pd and pd-feedforward".to_owned(),
+        );
+    }
+    match table.cut_off {
+        Some(_) if !table.estimator.is_difference() => {
+            let reason = format!(
+                "the estimator \"{}\" has no such key; leave it out",
+                table.estimator.name()
+            );
+            return wrong("cut_off", reason);
+        }
+        Some(cut_off) if !(cut_off > 0.0 && cut_off.is_finite()) => {
+            return wrong("cut_off", format!("{cut_off}, but must be positive and finite (in Hz)"));
+        }
+        _ => {}
+    }
+    if table.name.is_empty() {
+        let shaper = table.shaper.map(|shaper| format!(" {}", shaper.name()));
+        let exact = table.estimator == EstimatorKind::Exact;
+        let estimator = (!exact).then(|| format!(" {}", table.estimator.name()));
+        table.name = format!(
+            "{}{}{}",
+            kind.name(),
+            shaper.unwrap_or_default(),
+            estimator.unwrap_or_default()
+        );
+    }
+    match before.iter().any(|other| other.name == table.name) {
+        true => wrong(
+            "name",
+            format!("'{}' is the name of another controller; give each its own", table.name),
+        ),
+        false => Ok(()),
+    }
+}
