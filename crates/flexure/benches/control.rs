@@ -49,7 +49,11 @@ fn period() -> Vec<(f64, f64)> {
 
 /// The largest relative difference of two estimates.
 fn apart(a: &RecursiveHammerstein, b: &RecursiveHammerstein) -> f64 {
-    let both = a.coefficients().unwrap_or_default().into_iter().zip(b.coefficients().unwrap_or_default());
+    let both = a
+        .coefficients()
+        .unwrap_or_default()
+        .into_iter()
+        .zip(b.coefficients().unwrap_or_default());
     both.map(|(a, b)| (a - b).abs() / (1.0 + b.abs())).fold(0.0, f64::max)
 }
 
@@ -76,10 +80,16 @@ fn pushes(samples: u64) -> flexure::Result<()> {
     let forgetting = Memory::Forgetting(0.999);
     println!(
         "with forgetting; difference from the estimate of the last 20 periods: {:.1e}",
-        apart(&learnt(forgetting, samples - rest)?, &learnt(forgetting, 20 * (once - 2) + 2)?)
+        apart(
+            &learnt(forgetting, samples - rest)?,
+            &learnt(forgetting, 20 * (once - 2) + 2)?
+        )
     );
     let mut detector = Cusum::new(1.0, 1.0, 1e6)?;
-    let alarms = noise(3).zip(0..samples).filter(|&(x, _)| detector.push(x).is_some()).count();
+    let alarms = noise(3)
+        .zip(0..samples)
+        .filter(|&(x, _)| detector.push(x).is_some())
+        .count();
     println!(
         "false alarms in 1e6 samples, one expected: {:.3}",
         alarms as f64 / samples as f64 * 1e6
@@ -89,7 +99,11 @@ fn pushes(samples: u64) -> flexure::Result<()> {
 
 fn main() -> flexure::Result<()> {
     let given: Vec<String> = std::env::args().skip_while(|a| a != "pushes").collect();
-    if let Some(samples) = given.get(1).and_then(|n| n.parse::<u64>().ok()).filter(|n| *n >= 100_000) {
+    if let Some(samples) = given
+        .get(1)
+        .and_then(|n| n.parse::<u64>().ok())
+        .filter(|n| *n >= 100_000)
+    {
         return pushes(samples);
     }
     let arm = Arm::new(space_arm(JointKind::Nonlinear))?;
@@ -101,7 +115,10 @@ fn main() -> flexure::Result<()> {
     };
     let filters = [
         ("extended Kalman filter, a step", KalmanFilter::extended(arm, reckoned)?),
-        ("unscented Kalman filter, a step", KalmanFilter::unscented(arm, reckoned)?),
+        (
+            "unscented Kalman filter, a step",
+            KalmanFilter::unscented(arm, reckoned)?,
+        ),
         (
             "fuzzy-adaptive extended filter, a step",
             KalmanFilter::extended(arm, reckoned)?.adaptive(),

@@ -61,7 +61,6 @@ pub struct FlexibleLink {
     inertia: f64,
     /// The generator of hub angle, modes and their rates.
     generator: Matrix,
-    step: f64,
     flow: Matrix,
     held: Vector,
     x: Vector,
@@ -100,7 +99,13 @@ impl FlexibleLink {
         let tip = tip_shape(p.length, beam);
         mass += p.payload * &tip * tip.transpose();
         let inertia = mass[(0, 0)];
-        let singular = || Error::parameter("the mass matrix's determinant", 0.0, "positive: give the hub more inertia");
+        let singular = || {
+            Error::parameter(
+                "the mass matrix's determinant",
+                0.0,
+                "positive: give the hub more inertia",
+            )
+        };
         let inverse = mass.cholesky().ok_or_else(singular)?.inverse();
         let mut generator = Matrix::zeros(2 * N + 1, 2 * N + 1);
         for i in 0..N {
@@ -117,7 +122,6 @@ impl FlexibleLink {
             length: p.length,
             inertia,
             generator,
-            step,
             held: flow.column(2 * N).rows(0, 2 * N).into_owned(),
             flow: flow.view((0, 0), (2 * N, 2 * N)).into_owned(),
             x: Vector::zeros(2 * N),
@@ -127,7 +131,12 @@ impl FlexibleLink {
     /// The circular frequencies of the free vibrations, rad/s, increasing.
     pub fn frequencies(&self) -> Vec<f64> {
         let free = self.generator.view((0, 0), (2 * N, 2 * N)).into_owned();
-        let mut all: Vec<f64> = free.complex_eigenvalues().iter().map(|v| v.im).filter(|w| *w > 1e-6).collect();
+        let mut all: Vec<f64> = free
+            .complex_eigenvalues()
+            .iter()
+            .map(|v| v.im)
+            .filter(|w| *w > 1e-6)
+            .collect();
         all.sort_unstable_by(f64::total_cmp);
         all
     }
@@ -304,7 +313,11 @@ mod tests {
         let inertia = link(&loaded).inertia();
         println!("{adaptive} {stays} {:?} {inertia}", law.adapted());
         assert!(adaptive < stays / 3.0, "{adaptive} {stays}");
-        assert!((law.adapted()[1] / inertia - 1.0).abs() < 0.1, "{:?} {inertia}", law.adapted());
+        assert!(
+            (law.adapted()[1] / inertia - 1.0).abs() < 0.1,
+            "{:?} {inertia}",
+            law.adapted()
+        );
     }
 
     /// With the rigid link's gains, `1/2 J e'^2 + |K - K*|^2 / (2 rate)` cannot grow but by sampling: on a stiff link it falls.
@@ -326,7 +339,9 @@ mod tests {
         for k in 0..30_000 {
             let error = law.model()[1] - plant.hub()[1] + gains.surface * (law.model()[0] - plant.hub()[0]);
             let ideal = [f64::NAN, inertia, 0.0];
-            let off: f64 = (1..3).map(|i| (law.adapted()[i] - ideal[i]).powi(2) / gains.rates[i]).sum();
+            let off: f64 = (1..3)
+                .map(|i| (law.adapted()[i] - ideal[i]).powi(2) / gains.rates[i])
+                .sum();
             let value = 0.5 * inertia * error * error + 0.5 * off;
             first.get_or_insert(value);
             rises = rises.max(value - before);

@@ -84,17 +84,17 @@ pub struct AdaptiveGains {
 }
 
 impl AdaptiveGains {
-    /// Gains that do for the space arm at 100 Hz, whatever its springs from half of their stiffness on.
+    /// Gains that do for the space arm at 100 Hz, whatever its springs from half of their stiffness on. The example `control_gains` found them.
     pub fn space_arm() -> Self {
         AdaptiveGains {
-            start: [[900.0, 350.0], [200.0, 60.0]],
-            error_rates: [1e4, 1e4],
+            start: [[560.0, 350.0], [200.0, 150.0]],
+            error_rates: [330.0, 950.0],
             reference_rates: [100.0, 50.0],
-            proportional: 0.2,
-            surface: 3.0,
-            leakage: 0.0,
+            proportional: 0.22,
+            surface: 4.8,
+            leakage: 0.004,
             damping: 40.0,
-            lead: 0.1,
+            lead: 0.08,
         }
     }
 }

@@ -34,6 +34,7 @@ fn the_lyapunov_function_of_the_composite_law_falls() {
         prediction: 0.0,
         damping: 0.0,
         tracking: [100.0; 3],
+        feedback: [350.0, 60.0],
         ..CompositeGains::space_arm()
     };
     let links = plant.link_dynamics();
@@ -86,7 +87,11 @@ fn the_adaptation_of_the_direct_law_is_passive() {
             held[i] = k;
         }
         let energy = |k: &[f64; 3], rate: f64| 0.5 * k.iter().map(|k| k * k).sum::<f64>() / rate;
-        stored = held.iter().zip(gains.reference_rates).map(|(k, rate)| energy(k, rate)).sum();
+        stored = held
+            .iter()
+            .zip(gains.reference_rates)
+            .map(|(k, rate)| energy(k, rate))
+            .sum();
     };
     let moves = JointMoves::new(&[[0.0, 0.5], [1.0, 1.5], [0.2, 1.0]], 4.0, 0.0).unwrap();
     let options = LoopOptions::new(9.0, step).unwrap();
