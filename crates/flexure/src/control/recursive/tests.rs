@@ -84,7 +84,10 @@ fn a_million_samples_give_the_batch_estimate() {
     }
     let batch = solve_positive_definite(&squares, &products).unwrap();
     for (got, expected) in model.coefficients().unwrap().iter().zip(batch) {
-        assert!((got - expected).abs() < 1e-9 * (1.0 + expected.abs()), "{got} {expected}");
+        assert!(
+            (got - expected).abs() < 1e-9 * (1.0 + expected.abs()),
+            "{got} {expected}"
+        );
     }
 }
 
