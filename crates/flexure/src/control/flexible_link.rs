@@ -41,11 +41,11 @@ pub struct FlexibleLinkParameters {
 }
 
 impl Default for FlexibleLinkParameters {
-    /// A link of the space arm's length and mass, whose first mode is at 1.4 Hz.
+    /// A link of the space arm's length and mass, whose first mode is at 3.4 Hz where the root is clamped.
     fn default() -> Self {
         FlexibleLinkParameters {
             length: 4.5,
-            stiffness: 850.0,
+            stiffness: 5000.0,
             density: 0.335,
             hub: 1.0,
             payload: 0.0,
@@ -57,8 +57,9 @@ impl Default for FlexibleLinkParameters {
 /// A flexible link under a torque that is held over a sample time: exact, as the equations are linear.
 #[derive(Debug, Clone)]
 pub struct FlexibleLink {
-    length: f64,
     inertia: f64,
+    /// What the tip moves by hub angle and modes.
+    shape: Vector,
     /// The generator of hub angle, modes and their rates.
     generator: Matrix,
     flow: Matrix,
@@ -96,7 +97,8 @@ impl FlexibleLink {
             let a = 2.0 * p.length * beam.sqrt() / (beta * beta);
             (mass[(0, 1 + i)], mass[(1 + i, 0)]) = (a, a);
         }
-        let tip = tip_shape(p.length, beam);
+        let end = 2.0 / beam.sqrt();
+        let tip = Vector::from_column_slice(&[p.length, end, -end]);
         mass += p.payload * &tip * tip.transpose();
         let inertia = mass[(0, 0)];
         let singular = || {
@@ -119,8 +121,8 @@ impl FlexibleLink {
         }
         let flow = (&generator * step).exp();
         Ok(FlexibleLink {
-            length: p.length,
             inertia,
+            shape: tip,
             generator,
             held: flow.column(2 * N).rows(0, 2 * N).into_owned(),
             flow: flow.view((0, 0), (2 * N, 2 * N)).into_owned(),
@@ -152,20 +154,14 @@ impl FlexibleLink {
     }
 
     /// The tip's place along its arc, m.
-    pub fn tip(&self, density: f64) -> f64 {
-        tip_shape(self.length, density * self.length).dot(&self.x.rows(0, N))
+    pub fn tip(&self) -> f64 {
+        self.shape.dot(&self.x.rows(0, N))
     }
 
     /// Holds a torque, N m, over a sample time.
     pub fn push(&mut self, torque: f64) {
         self.x = &self.flow * &self.x + &self.held * torque;
     }
-}
-
-/// What the tip moves by hub angle and modes, of a beam of this length and mass.
-fn tip_shape(length: f64, beam: f64) -> Vector {
-    let end = 2.0 / beam.sqrt();
-    Vector::from_column_slice(&[length, end, -end])
 }
 
 /// The rates of model-reference adaptive control.
@@ -185,10 +181,10 @@ impl Default for ModelReferenceGains {
     /// Gains that do for the default link at 100 Hz.
     fn default() -> Self {
         ModelReferenceGains {
-            model: 1.5,
+            model: 0.8,
             surface: 2.0,
             start: [60.0, 11.2, 0.0],
-            rates: [100.0, 100.0, 10.0],
+            rates: [3.0, 300.0, 3.0],
         }
     }
 }
@@ -280,15 +276,17 @@ mod tests {
         assert!((1.0..1.5).contains(&(pinned[1] / unit / 49.965)), "{pinned:?}");
     }
 
-    /// The law of a link under commands that change every six seconds; its figures behind `after` s: the largest distance of the hub from the model, rad.
-    fn run(plant: &FlexibleLinkParameters, gains: ModelReferenceGains, after: f64) -> (f64, ModelReference) {
-        let mut plant = link(plant);
+    /// A run under commands that change every six seconds: behind `after` s, the largest distances of hub, rad, and tip, m, from the model.
+    fn run(parameters: &FlexibleLinkParameters, gains: ModelReferenceGains, after: f64) -> ([f64; 2], ModelReference) {
+        let mut plant = link(parameters);
         let mut law = ModelReference::new(gains).unwrap();
-        let mut worst = 0.0_f64;
+        let mut worst = [0.0_f64; 2];
         for k in 0..12_000 {
             let t = STEP * f64::from(k);
             if t >= after {
-                worst = worst.max((plant.hub()[0] - law.model()[0]).abs());
+                let [model, _] = law.model();
+                let off = [plant.hub()[0] - model, plant.tip() - parameters.length * model];
+                worst = [0, 1].map(|i| worst[i].max(off[i].abs()));
             }
             let command = if (t / 6.0) as u32 % 2 == 0 { 0.8 } else { -0.4 };
             let torque = law.torque(command, plant.hub(), STEP);
@@ -301,7 +299,7 @@ mod tests {
     #[test]
     fn an_unknown_payload_is_learnt() {
         let loaded = FlexibleLinkParameters {
-            payload: 1.5,
+            payload: 1.0,
             ..FlexibleLinkParameters::default()
         };
         let fixed = ModelReferenceGains {
@@ -310,17 +308,12 @@ mod tests {
         };
         let (adaptive, law) = run(&loaded, ModelReferenceGains::default(), 60.0);
         let (stays, _) = run(&loaded, fixed, 60.0);
-        let inertia = link(&loaded).inertia();
-        println!("{adaptive} {stays} {:?} {inertia}", law.adapted());
-        assert!(adaptive < stays / 3.0, "{adaptive} {stays}");
-        assert!(
-            (law.adapted()[1] / inertia - 1.0).abs() < 0.1,
-            "{:?} {inertia}",
-            law.adapted()
-        );
+        assert!((0..2).all(|i| adaptive[i] < stays[i] / 5.0), "{adaptive:?} {stays:?}");
+        let share = law.adapted()[1] / link(&loaded).inertia();
+        assert!((share - 1.0).abs() < 0.03, "{share}");
     }
 
-    /// With the rigid link's gains, `1/2 J e'^2 + |K - K*|^2 / (2 rate)` cannot grow but by sampling: on a stiff link it falls.
+    /// On a link that hardly bends, `1/2 J e^2` and the squared errors of the gains of acceleration and velocity fall together, but for sampling.
     #[test]
     fn the_lyapunov_function_falls_on_a_stiff_link() {
         let stiff = FlexibleLinkParameters {
@@ -332,16 +325,13 @@ mod tests {
         let gains = ModelReferenceGains::default();
         let mut plant = FlexibleLink::new(&stiff, 1e-3).unwrap();
         let mut law = ModelReference::new(gains).unwrap();
-        // tau = K* x + k e with K* = (k, J, 0) + terms of the surface makes J e' = -(k - J lambda) e.
         let inertia = plant.inertia();
         let mut before = f64::INFINITY;
         let (mut first, mut rises) = (None, 0.0_f64);
         for k in 0..30_000 {
             let error = law.model()[1] - plant.hub()[1] + gains.surface * (law.model()[0] - plant.hub()[0]);
-            let ideal = [f64::NAN, inertia, 0.0];
-            let off: f64 = (1..3)
-                .map(|i| (law.adapted()[i] - ideal[i]).powi(2) / gains.rates[i])
-                .sum();
+            let [_, of_acceleration, of_velocity] = law.adapted();
+            let off = (of_acceleration - inertia).powi(2) / gains.rates[1] + of_velocity.powi(2) / gains.rates[2];
             let value = 0.5 * inertia * error * error + 0.5 * off;
             first.get_or_insert(value);
             rises = rises.max(value - before);
@@ -350,7 +340,6 @@ mod tests {
             plant.push(torque);
         }
         let first = first.unwrap();
-        println!("{first} {before} {rises}");
         assert!(before < first && rises < 1e-2 * first, "{first} {before} {rises}");
     }
 }
