@@ -74,7 +74,7 @@ function plotRecord(record) {
       at,
       group,
       x: { label: record.time.label, ticks: last },
-      y: { label: tall < 100 && signal.label.length > 14 && unit ? unit : signal.label },
+      y: { label: tall < 100 && signal.label.length > 10 && unit ? unit : signal.label },
       series: [line(signal.name, name, { width: 1.3 })],
       data: [signal.values],
       below: (u) => drawFresh(u, record.fresh_from, i === 0),
