@@ -31,7 +31,8 @@ struct Judged {
     figures: Figures,
     unshaped: Option<f64>,
     kept: Vec<[f64; 2]>,
-    run: Run,
+    /// Of the first seed alone: a run of a minute takes megabytes.
+    run: Option<Run>,
 }
 
 /// Runs all controllers of a scenario, and those in `own`, with `seeds` runs of each (left out: as the scenario says).
@@ -152,7 +153,7 @@ fn judge(
         figures,
         unshaped,
         kept,
-        run,
+        run: (seed == scenario.options.seed).then_some(run),
     })
 }
 

@@ -78,7 +78,7 @@ impl Row {
             consistency: consistency(&kept),
             seeds: judged.len(),
             failure,
-            run: (!judged.is_empty()).then(|| judged.swap_remove(0).run),
+            run: judged.iter_mut().find_map(|j| j.run.take()),
         }
     }
 
