@@ -229,6 +229,17 @@ class Cusum:
         """Takes values; returns the places of alarms among them, and whether each is upwards."""
         return self._core.push(samples(np.atleast_1d(x), "x"))
 
+    def to_bytes(self) -> bytes:
+        """A checkpoint, from which `from_bytes` goes on."""
+        return self._core.to_bytes()
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> Self:
+        """The state of a checkpoint."""
+        detector = cls.__new__(cls)
+        detector._core = _core.Cusum.from_bytes(data)
+        return detector
+
     @property
     def mean_delay(self) -> float:
         """The samples from a change to its alarm, on average."""

@@ -253,6 +253,19 @@ impl Cusum {
             .collect()
     }
 
+    /// A checkpoint.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        PyBytes::new(py, &self.0.to_bytes())
+    }
+
+    /// The state of a checkpoint.
+    #[staticmethod]
+    fn from_bytes(bytes: &[u8]) -> PyResult<Self> {
+        Detector::from_bytes(bytes)
+            .map(Self)
+            .map_err(|error| of_library(&error))
+    }
+
     /// The samples from a change to its alarm, on average.
     #[getter]
     fn mean_delay(&self) -> f64 {

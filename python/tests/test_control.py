@@ -87,8 +87,21 @@ def test_models_learn_what_was_simulated():
     found = friction.estimate
     np.testing.assert_allclose([found["inertia"], found["coulomb"], found["viscous"]], [3, 1, 0.5], atol=1e-8)
 
+    # In a loop, where the input answers the noise: an equation with white noise is still estimated without bias.
+    e = 0.1 * rng.normal(size=100_000)
+    u, y = np.zeros(len(e)), np.zeros(len(e))
+    for k in range(1, len(e)):
+        y[k] = 0.9 * y[k - 1] + 0.5 * u[k - 1] + e[k]
+        u[k] = -0.6 * y[k] + 0.05 * rng.normal()
+    looped = RecursiveLinear(1, delay=1)
+    looped.push(u, y)
+    np.testing.assert_allclose(looped.estimate["a"], [1, -0.9], atol=0.02)
+    np.testing.assert_allclose(looped.estimate["b"] * looped.estimate["powers"], [0.5, 0], atol=0.03)
+
     detector = Cusum(1.0, quiet=1e5)
     noise = rng.normal(size=2000)
     noise[1000:] += 1
-    (place, upwards), *_ = detector.push(noise)
+    detector.push(noise[:500])
+    detector = Cusum.from_bytes(detector.to_bytes())
+    (place, upwards), *_ = [(k + 500, up) for k, up in detector.push(noise[500:])]
     assert 1000 <= place < 1000 + 5 * detector.mean_delay and upwards

@@ -2,7 +2,8 @@
 
 import control
 import numpy as np
-from filterpy.kalman import ExtendedKalmanFilter
+from arm import nonlinear
+from filterpy.kalman import ExtendedKalmanFilter, JulierSigmaPoints, UnscentedKalmanFilter
 from scipy import linalg
 from scipy.stats import chi2
 
@@ -18,6 +19,9 @@ def show(name, values):
 
 show("riccati, scipy.linalg.solve_discrete_are", linalg.solve_discrete_are(A, B, Q, R))
 show("gain, control.dlqr", control.dlqr(A, B, Q, R)[0])
+
+C = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+show("steady filter's covariance, control.dlqe", control.dlqe(A, np.eye(3), C, Q, R)[1])
 
 show("chi-squared bands, 8 and 2 degrees", [chi2.ppf([0.025, 0.975], n) for n in (8, 2)])
 
@@ -40,3 +44,55 @@ show("P before", P)
 show("x after", f.x[:, 0])
 show("P after, diagonal", np.diag(f.P))
 show("NIS", (f.y.T @ np.linalg.inv(f.S) @ f.y).item())
+
+# A prediction of the unscented filter under a held torque, by FilterPy; sigma points without one in the middle, the noise of the
+# torques and the drift of the velocities as Q.
+STEP, TORQUE, DEVIATION, DRIFT = 0.01, np.array([3.0, -2.0]), 0.2, 0.01
+
+
+def moved(x, torque=TORQUE):
+    k1 = nonlinear(x, torque)
+    k2 = nonlinear(x + 0.5 * STEP * k1, torque)
+    k3 = nonlinear(x + 0.5 * STEP * k2, torque)
+    k4 = nonlinear(x + STEP * k3, torque)
+    return x + STEP / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+
+
+points = JulierSigmaPoints(8, kappa=0.0)
+u = UnscentedKalmanFilter(8, 2, STEP, hx=lambda s: s[2:4], fx=lambda s, dt: moved(s), points=points)
+u.x = np.array([0.3, 1.0, 0.32, 0.97, 0.4, -0.3, 0.35, -0.2])
+u.P = P.copy()
+held = np.stack([moved(u.x, TORQUE + e) - moved(u.x) for e in np.eye(2)], axis=1)
+u.Q = DEVIATION**2 * held @ held.T + DRIFT**2 * STEP * np.diag([0.0] * 4 + [1.0] * 4)
+u.predict()
+show("x predicted", u.x)
+show("P predicted, diagonal", np.diag(u.P))
+
+
+# What shapers for the frequency 1 leave of a step's vibration in x'' + 2 z w x' + w^2 x = w^2 u, by SciPy's matrix exponential, with the
+# amplitudes as they are published.
+def left(amplitudes, z, w):
+    a = np.array([[0.0, 1.0], [-w * w, -2 * z * w]])
+    instants = np.pi / np.sqrt(1 - z * z) * np.arange(len(amplitudes))
+    x = np.zeros(2)
+    for k, share in enumerate(amplitudes):
+        x = linalg.expm(a * (instants[k] - instants[k - 1])) @ x if k else x
+        x[0] -= share
+    amplitude = np.hypot(x[0], (x[1] / w + z * x[0]) / np.sqrt(1 - z * z))
+    return amplitude * np.sqrt(1 - z * z)
+
+
+V = 0.05
+X = np.cbrt(V**2 * (np.sqrt(1 - V**2) + 1))
+OUTER = (3 * X**2 + 2 * X + 3 * V**2) / (16 * X)
+UNDAMPED = {
+    "zv": [0.5, 0.5],
+    "zvd": [0.25, 0.5, 0.25],
+    "ei": [(1 + V) / 4, (1 - V) / 2, (1 + V) / 4],
+    "two-hump-ei": [OUTER, 0.5 - OUTER, 0.5 - OUTER, OUTER],
+}
+for name, amplitudes in UNDAMPED.items():
+    show(f"left by {name} at 0.8, 1.1 and 1.2", [left(amplitudes, 0.0, w) for w in (0.8, 1.1, 1.2)])
+K = np.exp(-0.1 * np.pi / np.sqrt(0.99))
+for name, amplitudes in {"zv": np.array([1, K]), "zvd": np.array([1, 2 * K, K * K])}.items():
+    show(f"left by {name}, damping ratio 0.1", [left(amplitudes / amplitudes.sum(), 0.1, w) for w in (0.8, 1.1, 1.2)])

@@ -68,11 +68,13 @@ function plotRecord(record) {
     box.setAttribute("aria-label", `${signal.name} over ${record.time.label}`);
     box.dataset.height = tall + (last ? 42 : 0) + LEGEND_HEIGHT;
     host.append(box);
+    // A long name does not fit beside a short plot; the legend has it.
+    const unit = signal.label.slice(signal.name.length).replace(/[()]/g, "").trim();
     chart(box, {
       at,
       group,
       x: { label: record.time.label, ticks: last },
-      y: { label: signal.label },
+      y: { label: tall < 100 && signal.label.length > 10 && unit ? unit : signal.label },
       series: [line(signal.name, name, { width: 1.3 })],
       data: [signal.values],
       below: (u) => drawFresh(u, record.fresh_from, i === 0),

@@ -1,4 +1,4 @@
-use super::controllers::{AdaptiveGains, DirectAdaptive, Feedforward, Gains, Linearising};
+use super::controllers::{AdaptiveGains, Composite, CompositeGains, DirectAdaptive, Feedforward, Gains, Linearising};
 use super::*;
 use crate::manipulator::{Arm, JointKind, space_arm};
 
@@ -55,6 +55,16 @@ fn direct_adaptive_control_has_a_tenth_of_the_error_where_stiffness_and_friction
     let direct = on_the_square(&plant, &mut direct, &options);
     assert!(direct.tip_error_max < 0.1 * servo.tip_error_max, "{direct:?} {servo:?}");
     assert!(direct.tip_error_rms < 0.1 * servo.tip_error_rms, "{direct:?} {servo:?}");
+    let mut composite = Composite::new(&model, CompositeGains::space_arm()).unwrap();
+    let composite = on_the_square(&plant, &mut composite, &options);
+    assert!(
+        direct.tip_error_max < composite.tip_error_max,
+        "{direct:?} {composite:?}"
+    );
+    assert!(
+        direct.tip_error_rms < composite.tip_error_rms,
+        "{direct:?} {composite:?}"
+    );
 }
 
 #[test]

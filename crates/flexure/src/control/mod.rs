@@ -10,6 +10,7 @@
 //! | [`inverse_motion`] | the torque of a motion | Spong 1987; De Luca & Lucibello 1998 |
 //! | [`shaping`] | ZV, ZVD and EI shapers, also along the way | Singer & Seering 1990; Singhose 1994 |
 //! | [`controllers`] | feedforward with PD, feedback linearisation, LQG, adaptive, fuzzy, any linear system | see there |
+//! | [`flexible_link`] | a single flexible link, and its model-reference adaptive control | Sasiadek & Srinivasan 1989 |
 //! | [`estimation`] | extended, unscented and fuzzy-adaptive Kalman filters, their consistency | see there |
 //! | [`riccati`] | the discrete algebraic Riccati equation | |
 //! | [`recursive`] | models that learn sample by sample, and detectors of change | see there |
@@ -35,6 +36,7 @@ mod closed_loop_tests;
 pub mod controllers;
 pub mod estimation;
 mod figures;
+pub mod flexible_link;
 mod inversion;
 mod jet;
 mod linearised;

@@ -133,6 +133,28 @@ mod tests {
         }
     }
 
+    /// scripts/reference/arm_control.py: the covariance of python-control's steady filter, which is the solution of the transposed system.
+    #[test]
+    fn the_steady_filters_covariance_is_that_of_python_control() {
+        let transposed = [1.0, 0.0, 0.02, 0.1, 0.95, -0.1, 0.0, 0.2, 0.9];
+        let read = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+        let expected = [
+            2.791_200_541_202_437_4,
+            0.456_456_175_968_854_24,
+            0.009_055_715_814_536_24,
+            0.456_456_175_968_854_24,
+            3.771_177_938_195_994_5,
+            -0.350_302_316_617_419_45,
+            0.009_055_715_814_536_24,
+            -0.350_302_316_617_419_45,
+            1.348_097_586_351_220_3,
+        ];
+        let got = discrete_riccati(&transposed, &read, &Q, &R).unwrap();
+        for (got, expected) in got.iter().zip(expected) {
+            assert!((got / expected - 1.0).abs() < 1e-10, "{got} {expected}");
+        }
+    }
+
     #[test]
     fn what_has_no_solution_is_refused() {
         assert!(discrete_riccati(&A, &B, &Q, &[-1.0, 0.0, 0.0, 1.0]).is_err());

@@ -288,6 +288,75 @@ mod tests {
         }
     }
 
+    /// scripts/reference/arm_control.py: SciPy's oscillator, moved by the published amplitudes.
+    #[test]
+    fn residual_vibration_is_that_of_scipy() {
+        for (shaper, damping, expected) in [
+            (
+                Shaper::Zv,
+                0.0,
+                [
+                    0.309_016_994_374_947_06,
+                    0.156_434_465_040_231_29,
+                    0.309_016_994_374_951_34,
+                ],
+            ),
+            (
+                Shaper::Zvd,
+                0.0,
+                [
+                    0.095_491_502_812_526_07,
+                    0.024_471_741_852_423_33,
+                    0.095_491_502_812_528_69,
+                ],
+            ),
+            (
+                Shaper::Ei,
+                0.0,
+                [
+                    0.050_266_077_953_152_41,
+                    0.024_304_671_054_955_9,
+                    0.050_266_077_953_153_79,
+                ],
+            ),
+            (
+                Shaper::TwoHump,
+                0.0,
+                [
+                    0.048_300_412_258_820_69,
+                    0.038_653_937_955_013_48,
+                    0.048_300_412_258_822_73,
+                ],
+            ),
+            (
+                Shaper::Zv,
+                0.1,
+                [
+                    0.270_395_025_237_625_54,
+                    0.130_534_272_074_659_23,
+                    0.253_847_973_390_623_87,
+                ],
+            ),
+            (
+                Shaper::Zvd,
+                0.1,
+                [
+                    0.073_113_469_673_256_16,
+                    0.017_039_196_186_061_16,
+                    0.064_438_793_594_526_9,
+                ],
+            ),
+        ] {
+            for (frequency, expected) in [0.8, 1.1, 1.2].into_iter().zip(expected) {
+                let got = residual_vibration(&shaper.impulses(damping), 1.0, damping, frequency);
+                assert!(
+                    (got - expected).abs() < 1e-10,
+                    "{shaper:?} {damping} {frequency}: {got} {expected}"
+                );
+            }
+        }
+    }
+
     #[test]
     fn shapers_leave_what_their_designs_say() {
         let left = |shaper: Shaper, z, w| residual_vibration(&shaper.impulses(z), 1.0, z, w);

@@ -4,14 +4,16 @@
 //! For every joint, with the links' error \\(e = q_d - q\\) and \\(\epsilon = e' + \lambda e\\),
 //!
 //! $$ \tau = \tau_r + K_p e + K_d e' + K_x x_m + K_v (q' - q_m'), \qquad
-//!    K_p = \bar K_p + k_p + \Gamma_P e^2, \quad k_p' = \Gamma_I e^2 - \sigma k_p, \qquad K_x' = \Gamma_x \epsilon\, x_m - \sigma K_x $$
+//!    K_p = \bar K_p + k_p + \Gamma_P e^2, \quad k_p' = \Gamma_I e^2 - \sigma k_p $$
+//! $$ K_x = k_x + T \Gamma_x \epsilon\, x_m, \qquad k_x' = \Gamma_x \epsilon\, x_m - \sigma k_x $$
 //!
 //! and \\(K_d\\) as \\(K_p\\), driven by e'. The reference model's state is that of the smooth reference,
-//! \\(x_m = (q_d'', q_d', \tanh(q_d'/v_0))\\), friction's a little ahead. \\(\tau_r\\) is the torque of the rigid arm's reference, of the same model that comparators
-//! have; the term with \\(K_v\\) damps the springs, as in a singular perturbation (Spong 1987). Neither stiffness nor friction is in the law.
+//! \\(x_m = (q_d'', q_d', \tanh(q_d'/v_0))\\). \\(\tau_r\\) is the torque of the rigid arm's reference, of the same model that comparators
+//! have; the term with \\(K_v\\) damps the springs, as in a singular perturbation (Spong 1987). With it a spring is wound up late by about
+//! \\(K_v / k\\): \\(\tau_r\\) and friction are taken from a reference that is ahead. Neither stiffness nor friction is in the law.
 //!
-//! Without leakage the adaptation of \\(K_x\\) is lossless: \\(\int \epsilon K_x x_m\, dt = |K_x|^2 / (2 \Gamma_x)\\), which the tests follow along
-//! a run; with an almost strictly passive plant that makes the loop stable.
+//! Without leakage the adaptation of \\(k_x\\) is lossless: \\(\int \epsilon k_x x_m\, dt = |k_x|^2 / (2 \Gamma_x)\\), which the tests follow along
+//! a run, and the part with T only dissipates; with an almost strictly passive plant that makes the loop stable.
 
 use super::super::{Controller, Jet, Measured, inverse_motion};
 use crate::error::{Error, Result};
@@ -19,10 +21,6 @@ use crate::manipulator::{Arm, JointKind};
 
 /// The velocity, rad/s, at which the wanted sign of friction has changed.
 pub(super) const REVERSAL: f64 = 0.01;
-
-/// The time in s by which friction is answered ahead, as the spring has to be wound up first. Measured on the square with half of the
-/// stiffness: 0.05 to 0.1 s give the smallest error.
-const LEAD: f64 = 0.1;
 
 /// What an adaptive law of links has in common: the rigid model, and the damping of the springs.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,26 +69,32 @@ pub struct AdaptiveGains {
     pub start: [[f64; 2]; 2],
     /// The rates at which the error's gains grow by its square: proportional, and integrated (per s).
     pub error_rates: [f64; 2],
-    /// The rate at which the reference's gains follow the error.
-    pub reference_rate: f64,
+    /// The rates at which the reference's gains of either joint follow the error.
+    pub reference_rates: [f64; 2],
+    /// The part of these gains that is proportional to the error, in units of the rates, s.
+    pub proportional: f64,
     /// The slope of the error's surface, 1/s.
     pub surface: f64,
     /// The leakage of all gains, 1/s.
     pub leakage: f64,
     /// The damping of the springs, N m s/rad.
     pub damping: f64,
+    /// The time by which torque and friction of the reference are ahead, s.
+    pub lead: f64,
 }
 
 impl AdaptiveGains {
-    /// Gains that do for the space arm at 100 Hz, whatever its springs from half of their stiffness on.
+    /// Gains that do for the space arm at 100 Hz, whatever its springs from half of their stiffness on. The example `control_gains` found them.
     pub fn space_arm() -> Self {
         AdaptiveGains {
-            start: [[900.0, 350.0], [200.0, 60.0]],
-            error_rates: [1e4, 1e4],
-            reference_rate: 100.0,
-            surface: 3.0,
-            leakage: 0.0,
+            start: [[560.0, 350.0], [200.0, 150.0]],
+            error_rates: [330.0, 950.0],
+            reference_rates: [100.0, 50.0],
+            proportional: 0.22,
+            surface: 4.8,
+            leakage: 0.004,
             damping: 40.0,
+            lead: 0.08,
         }
     }
 }
@@ -115,9 +119,12 @@ impl DirectAdaptive {
         let all = [
             gains.error_rates[0],
             gains.error_rates[1],
-            gains.reference_rate,
+            gains.reference_rates[0],
+            gains.reference_rates[1],
+            gains.proportional,
             gains.surface,
             gains.leakage,
+            gains.lead,
             gains.start[0][0],
             gains.start[0][1],
             gains.start[1][0],
@@ -148,14 +155,14 @@ impl Controller for DirectAdaptive {
     fn torque(&mut self, measured: &Measured) -> [f64; 2] {
         let g = &self.gains;
         let (state, step) = (&measured.state, measured.sample_time);
-        let held = measured.reference.map(|q| q.shifted(0.5 * step));
+        let held = measured.reference.map(|q| q.shifted(g.lead + 0.5 * step));
         let model = self.slow.torque(held);
         let damping = self.slow.spring_damping(measured);
         [0, 1].map(|i| {
             let wanted = measured.reference[i];
             let e = wanted.value() - state.q[i];
             let de = wanted.derivative(1) - state.dq[i];
-            let ahead = wanted.shifted(LEAD);
+            let ahead = wanted.shifted(g.lead);
             let xm = [
                 wanted.derivative(2),
                 wanted.derivative(1),
@@ -166,16 +173,18 @@ impl Controller for DirectAdaptive {
                 g.start[i][0] + kp + g.error_rates[0] * e * e,
                 g.start[i][1] + kd + g.error_rates[0] * de * de,
             ];
-            let along: f64 = self.reference[i].iter().zip(xm).map(|(k, x)| k * x).sum();
+            let surface = de + g.surface * e;
+            let rate = g.reference_rates[i] * surface;
+            let along: f64 = (self.reference[i].iter().zip(xm))
+                .map(|(k, x)| (k + g.proportional * rate * x) * x)
+                .sum();
             // The gains' rates over the sample time.
             let keep = (-g.leakage * step).exp();
             self.error[i] = [
                 keep * kp + step * g.error_rates[1] * e * e,
                 keep * kd + step * g.error_rates[1] * de * de,
             ];
-            let surface = de + g.surface * e;
-            self.reference[i] =
-                [0, 1, 2].map(|j| keep * self.reference[i][j] + step * g.reference_rate * surface * xm[j]);
+            self.reference[i] = [0, 1, 2].map(|j| keep * self.reference[i][j] + step * rate * xm[j]);
             model[i] + gains[0] * e + gains[1] * de + along + damping[i]
         })
     }

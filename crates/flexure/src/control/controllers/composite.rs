@@ -26,8 +26,8 @@ pub struct CompositeGains {
     pub surface: f64,
     /// `K_D` of both joints, N m s/rad.
     pub feedback: [f64; 2],
-    /// The rate on the tracking error: of inertias, and of friction.
-    pub tracking: [f64; 2],
+    /// The rates on the tracking error: of inertias, and of the friction of either joint.
+    pub tracking: [f64; 3],
     /// The weight of the prediction error beside it.
     pub prediction: f64,
     /// The filter's cut-off, rad/s.
@@ -37,14 +37,14 @@ pub struct CompositeGains {
 }
 
 impl CompositeGains {
-    /// The feedback of [`AdaptiveGains::space_arm`](super::AdaptiveGains::space_arm), so that the laws can be compared.
+    /// Gains that do for the space arm at 100 Hz, by the same search as those of [`AdaptiveGains::space_arm`](super::AdaptiveGains::space_arm).
     pub fn space_arm() -> Self {
         CompositeGains {
-            surface: 900.0 / 350.0,
-            feedback: [350.0, 60.0],
-            tracking: [100.0, 100.0],
-            prediction: 0.1,
-            cut_off: 2.0,
+            surface: 3.0,
+            feedback: [280.0, 96.0],
+            tracking: [200.0, 200.0, 71.0],
+            prediction: 0.07,
+            cut_off: 1.25,
             damping: 40.0,
         }
     }
@@ -88,6 +88,7 @@ impl Composite {
             gains.feedback[1],
             gains.tracking[0],
             gains.tracking[1],
+            gains.tracking[2],
             gains.prediction,
             gains.cut_off,
         ];
@@ -169,7 +170,8 @@ impl Controller for Composite {
             let miss =
                 |i: usize| (0..PARAMETERS).map(|k| seen[i][k] * self.estimate[k]).sum::<f64>() - seen[i][PARAMETERS];
             let prediction: f64 = (0..2).map(|i| seen[i][j] * miss(i)).sum();
-            let rate = if j < 3 { g.tracking[0] } else { g.tracking[1] };
+            // Three inertias, then two parameters of the friction of either joint.
+            let rate = g.tracking[(j.max(1) - 1) / 2];
             self.estimate[j] -= step * rate * (tracking + g.prediction * prediction);
         }
         self.last = torque;

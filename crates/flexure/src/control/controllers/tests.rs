@@ -33,6 +33,8 @@ fn the_lyapunov_function_of_the_composite_law_falls() {
     let gains = CompositeGains {
         prediction: 0.0,
         damping: 0.0,
+        tracking: [100.0; 3],
+        feedback: [350.0, 60.0],
         ..CompositeGains::space_arm()
     };
     let links = plant.link_dynamics();
@@ -63,7 +65,10 @@ fn the_lyapunov_function_of_the_composite_law_falls() {
 #[test]
 fn the_adaptation_of_the_direct_law_is_passive() {
     let arm = Arm::new(space_arm(JointKind::Nonlinear)).unwrap();
-    let gains = AdaptiveGains::space_arm();
+    let gains = AdaptiveGains {
+        leakage: 0.0,
+        ..AdaptiveGains::space_arm()
+    };
     let step = 0.01;
     let (mut supplied, mut squares, mut stored) = (0.0, 0.0, 0.0);
     let mut held = [[0.0; 3]; 2];
@@ -74,13 +79,19 @@ fn the_adaptation_of_the_direct_law_is_passive() {
             let model = [
                 wanted.derivative(2),
                 wanted.derivative(1),
-                (wanted.shifted(0.1).derivative(1) / 0.01).tanh(),
+                (wanted.shifted(gains.lead).derivative(1) / 0.01).tanh(),
             ];
             supplied += step * surface * held[i].iter().zip(model).map(|(k, x)| k * x).sum::<f64>();
-            squares += k.iter().zip(held[i]).map(|(k, l)| 0.5 * (k - l).powi(2)).sum::<f64>() / gains.reference_rate;
+            let rate = gains.reference_rates[i];
+            squares += k.iter().zip(held[i]).map(|(k, l)| 0.5 * (k - l).powi(2)).sum::<f64>() / rate;
             held[i] = k;
         }
-        stored = held.iter().flatten().map(|k| 0.5 * k * k).sum::<f64>() / gains.reference_rate;
+        let energy = |k: &[f64; 3], rate: f64| 0.5 * k.iter().map(|k| k * k).sum::<f64>() / rate;
+        stored = held
+            .iter()
+            .zip(gains.reference_rates)
+            .map(|(k, rate)| energy(k, rate))
+            .sum();
     };
     let moves = JointMoves::new(&[[0.0, 0.5], [1.0, 1.5], [0.2, 1.0]], 4.0, 0.0).unwrap();
     let options = LoopOptions::new(9.0, step).unwrap();

@@ -1,7 +1,7 @@
 //! Fuzzy adaptation of a filter's process noise.
 //!
 //! The innovations' mean normalised square over a window, divided by its expectation, says whether the filter trusts its model too much:
-//! r above 1, or too little: below. Three rules with triangular memberships over ln r (Takagi & Sugeno 1985, constants as consequents)
+//! r above 1, or too little: below. Three rules with trapezoidal memberships over ln r (Takagi & Sugeno 1985, constants as consequents)
 //! move the factor on the process noise (Sasiadek & Wang 1999, Sensor fusion based on fuzzy Kalman filtering, AIAA GNC):
 //!
 //! | if r is | then the factor changes by |
@@ -10,9 +10,11 @@
 //! | as expected | 1 |
 //! | large | * 1.1 |
 
+/// ln r that chance explains: two standard deviations of the window's mean, sqrt(0.02 / 1.98). Without it the factor wanders.
+const BY_CHANCE: f64 = 0.2;
 /// The weight of a new innovation in the mean: a window of about 50 samples.
 const FORGETTING: f64 = 0.02;
-/// ln r beyond which r is small or large without doubt: a factor of 2, three standard deviations of the window's mean.
+/// ln r beyond which r is small or large without doubt: a factor of 2, seven standard deviations of the window's mean.
 const WITHOUT_DOUBT: f64 = std::f64::consts::LN_2;
 /// ln of the change of the factor that a rule asks for at most.
 const STEP: f64 = 0.095;
@@ -50,8 +52,8 @@ impl Adaptation {
         }
         self.mean += FORGETTING * (nis - self.mean);
         let ratio = (self.mean / DEGREES).max(1e-12).ln();
-        let large = (ratio / WITHOUT_DOUBT).clamp(0.0, 1.0);
-        let small = (-ratio / WITHOUT_DOUBT).clamp(0.0, 1.0);
+        let beyond = |ratio: f64| ((ratio - BY_CHANCE) / (WITHOUT_DOUBT - BY_CHANCE)).clamp(0.0, 1.0);
+        let (large, small) = (beyond(ratio), beyond(-ratio));
         // The memberships sum to 1 with that of "as expected", whose consequent is none.
         let change = STEP * (large - small);
         self.factor = (self.factor * change.exp()).clamp(RANGE[0], RANGE[1]);

@@ -233,16 +233,8 @@ mod tests {
     use super::*;
     use crate::manipulator::{JointKind, space_arm};
 
-    /// scripts/reference/arm_control.py: FilterPy's correction with both readings at once.
-    #[test]
-    fn the_correction_is_that_of_filterpy() {
-        let noise = NoiseModel {
-            encoder: 1e-2,
-            torque: 0.0,
-            drift: 0.0,
-            start: [1.0, 1.0],
-        };
-        let mut filter = KalmanFilter::extended(Arm::new(space_arm(JointKind::Nonlinear)).unwrap(), noise).unwrap();
+    /// The covariance of the references below, in units of 1e-8.
+    fn covariance() -> Matrix8 {
         let lower = [
             vec![43468],
             vec![-4680, 17791],
@@ -253,13 +245,62 @@ mod tests {
             vec![14534, -14825, -746, 973, 17419, -1336, 47276],
             vec![3506, -1535, -13612, -28684, -21646, -1757, 6074, 48629],
         ];
-        filter.belief.x = [0.2, -0.467, 0.236, 0.76, -1.649, 0.254, 1.225, -0.298];
+        std::array::from_fn(|i| std::array::from_fn(|j| 1e-8 * f64::from(lower[i.max(j)][i.min(j)])))
+    }
+
+    /// scripts/reference/arm_control.py: FilterPy's prediction through the same sigma points.
+    #[test]
+    fn the_unscented_prediction_is_that_of_filterpy() {
+        let noise = NoiseModel {
+            encoder: 1e-2,
+            torque: 0.2,
+            drift: 0.01,
+            start: [1.0, 1.0],
+        };
+        let mut filter = KalmanFilter::unscented(Arm::new(space_arm(JointKind::Nonlinear)).unwrap(), noise).unwrap();
+        filter.belief = Gaussian {
+            x: [0.3, 1.0, 0.32, 0.97, 0.4, -0.3, 0.35, -0.2],
+            p: covariance(),
+        };
+        filter.predict([3.0, -2.0], 0.01);
+        let x = [
+            0.304_029_059_647_281_05,
+            0.996_874_969_417_076_7,
+            0.323_156_497_410_320_04,
+            0.968_615_386_633_302,
+            0.405_758_976_215_084_8,
+            -0.324_776_736_821_246_97,
+            0.282_034_991_635_440_4,
+            -0.078_349_929_035_859_19,
+        ];
+        let p = [
+            0.000_433_767_497_601_63,
+            0.000_171_177_322_827_14,
+            0.000_343_377_961_796_04,
+            0.001_597_701_885_500_66,
+            0.000_986_851_605_894_92,
+            0.002_519_842_499_522_17,
+            0.023_594_934_822_710_9,
+            0.066_547_753_414_626,
+        ];
         for i in 0..8 {
-            for j in 0..8 {
-                let (a, b) = (i.max(j), i.min(j));
-                filter.belief.p[i][j] = 1e-8 * f64::from(lower[a][b]);
-            }
+            assert!((filter.belief.x[i] - x[i]).abs() < 1e-10, "{i}");
+            assert!((filter.belief.p[i][i] / p[i] - 1.0).abs() < 1e-10, "{i}");
         }
+    }
+
+    /// scripts/reference/arm_control.py: FilterPy's correction with both readings at once.
+    #[test]
+    fn the_correction_is_that_of_filterpy() {
+        let noise = NoiseModel {
+            encoder: 1e-2,
+            torque: 0.0,
+            drift: 0.0,
+            start: [1.0, 1.0],
+        };
+        let mut filter = KalmanFilter::extended(Arm::new(space_arm(JointKind::Nonlinear)).unwrap(), noise).unwrap();
+        filter.belief.x = [0.2, -0.467, 0.236, 0.76, -1.649, 0.254, 1.225, -0.298];
+        filter.belief.p = covariance();
         let nis = filter.correct([0.236 + 0.01, 0.76 - 0.02]);
         assert!((nis - 0.580_960_632_078_967_8).abs() < 1e-10, "{nis}");
         let x = [

@@ -95,6 +95,41 @@ impl Cusum {
         Some(if side == 0 { 1 } else { -1 })
     }
 
+    /// A checkpoint.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let numbers = [self.deviation, self.change, self.threshold, self.sums[0], self.sums[1]];
+        numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
+    }
+
+    /// The state of a checkpoint.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for bytes that are no checkpoint.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
+        let words = bytes.chunks_exact(8).filter_map(|word| word.try_into().ok());
+        let numbers: Vec<f64> = words.map(f64::from_le_bytes).collect();
+        match numbers[..] {
+            [deviation, change, threshold, up, down]
+                if bytes.len() == 40
+                    && [deviation, threshold].iter().all(|v| *v > 0.0 && v.is_finite())
+                    && (0.01..=10.0).contains(&change)
+                    && [up, down].iter().all(|sum| (0.0..=threshold).contains(sum)) =>
+            {
+                Ok(Cusum {
+                    deviation,
+                    change,
+                    threshold,
+                    sums: [up, down],
+                })
+            }
+            _ => Err(Error::parameter(
+                "the number of bytes",
+                bytes.len() as f64,
+                "those of a checkpoint, whole and unchanged",
+            )),
+        }
+    }
+
     /// The threshold `h`, in standard deviations.
     pub fn threshold(&self) -> f64 {
         self.threshold

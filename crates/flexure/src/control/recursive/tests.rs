@@ -3,7 +3,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use super::*;
-use crate::linalg::least_squares;
+use crate::linalg::{least_squares, solve_positive_definite};
 
 fn normal(seed: u64) -> impl FnMut() -> f64 {
     let mut rng = Pcg64::seed_from_u64(seed);
@@ -63,6 +63,34 @@ fn without_forgetting_the_estimate_is_the_batch_one() {
     }
 }
 
+/// A million samples, against the normal equations of all of them: another way to the batch estimate, and one that needs no memory.
+#[test]
+fn a_million_samples_give_the_batch_estimate() {
+    const PARAMETERS: usize = 2 + 3 * 3 + 1;
+    let data = samples(1_000_000);
+    let mut model = RecursiveHammerstein::new(2, 0, 3, Memory::All).unwrap();
+    data.iter().for_each(|&(u, y)| model.push(u, y));
+    let (mut squares, mut products) = ([0.0; PARAMETERS * PARAMETERS], [0.0; PARAMETERS]);
+    for k in 2..data.len() {
+        let mut row = [1.0; PARAMETERS];
+        (row[0], row[1]) = (-data[k - 1].1, -data[k - 2].1);
+        for j in 0..3 {
+            (0..3).for_each(|m| row[2 + 3 * j + m] = data[k - j].0.powi(1 + m as i32));
+        }
+        for a in 0..PARAMETERS {
+            products[a] += row[a] * data[k].1;
+            (0..PARAMETERS).for_each(|b| squares[PARAMETERS * a + b] += row[a] * row[b]);
+        }
+    }
+    let batch = solve_positive_definite(&squares, &products).unwrap();
+    for (got, expected) in model.coefficients().unwrap().iter().zip(batch) {
+        assert!(
+            (got - expected).abs() < 1e-9 * (1.0 + expected.abs()),
+            "{got} {expected}"
+        );
+    }
+}
+
 #[test]
 fn with_forgetting_the_estimate_is_the_weighted_batch_one() {
     let data = samples(2_000);
@@ -116,6 +144,10 @@ fn a_checkpoint_goes_on_as_if_nothing_had_happened() {
     friction.push(1.0, 0.2);
     assert_eq!(RecursiveFriction::from_bytes(&friction.to_bytes()).unwrap(), friction);
     assert!(RecursiveFriction::from_bytes(&bytes).is_err());
+    let mut detector = Cusum::new(0.5, 1.0, 1e4).unwrap();
+    detector.push(0.7);
+    assert_eq!(Cusum::from_bytes(&detector.to_bytes()).unwrap(), detector);
+    assert!(Cusum::from_bytes(&bytes).is_err() && Cusum::from_bytes(&[0; 40]).is_err());
 }
 
 /// A joint whose Coulomb friction steps up: the estimate without forgetting, and the alarm of its innovations.
