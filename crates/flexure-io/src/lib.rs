@@ -2,7 +2,7 @@
 //!
 //! | to | call |
 //! |---|---|
-//! | read a record (CSV, whitespace-separated columns, Parquet, MAT v5) | [`read_record`] |
+//! | read a record (CSV, whitespace-separated columns, Parquet, MAT, HDF5, ROS 2 bags) | [`read_record`] |
 //! | write a record (CSV, Parquet) | [`write_record`], [`write_record_with_units`] |
 //! | read, write or run an arm | [`arm`] |
 //! | read a text file, such as an arm's | [`read_text`] |
@@ -21,6 +21,7 @@ pub mod record_file;
 pub mod urdf;
 
 mod atomic;
+mod bag;
 mod mat;
 mod memory;
 mod parquet_file;
@@ -33,6 +34,7 @@ mod units;
 mod write;
 
 pub use atomic::{check_writable, destination, write_atomically};
+pub use bag::Topic;
 pub use error::{Error, LineProblem, Result};
 pub use model::{BlockLabel, ModelFile, ModelPath, RecordMark, model_text, parse_model, read_model, write_model};
 pub use options::{Decimal, ReadOptions};
