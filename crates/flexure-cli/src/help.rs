@@ -59,7 +59,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
             "motor-inertia",
             "kp",
             "kv",
-            "joint",
+            "arm-joint",
             "template",
         ],
     ),
@@ -245,6 +245,8 @@ mod tests {
             "skip-lines",
             "time",
             "time-format",
+            "topic",
+            "joint",
             "memory",
         ];
         for subcommand in command().get_subcommands() {

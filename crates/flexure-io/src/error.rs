@@ -110,6 +110,8 @@ pub enum Error {
         path: PathBuf,
         /// What is unclear and what to do.
         problem: String,
+        /// Whether several topics could be read, and nothing else is wrong.
+        choose: bool,
         /// All topics of the bag.
         topics: Vec<Topic>,
     },

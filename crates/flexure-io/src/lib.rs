@@ -22,6 +22,7 @@ pub mod urdf;
 
 mod atomic;
 mod bag;
+mod hdf5;
 mod mat;
 mod memory;
 mod parquet_file;

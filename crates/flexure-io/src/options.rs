@@ -29,7 +29,7 @@ pub struct ReadOptions {
     pub skip: u64,
     /// The format of time stamps that are not ISO 8601, such as `%d.%m.%Y %H:%M:%S%.f`.
     pub time_format: Option<String>,
-    /// The topic of a bag; it need not be given where only one can be read, or has the joint.
+    /// The topic of a bag; it need not be given where only one can be read, or has the joint. Of an HDF5 file it is a group.
     pub topic: Option<String>,
     /// The joint of a topic of `sensor_msgs/JointState`, whose columns are `position`, `velocity` and `effort`; by default all joints.
     pub joint: Option<String>,

@@ -11,13 +11,10 @@ use crate::error::{Error, Result};
 use crate::memory::Budget;
 use crate::options::ReadOptions;
 use crate::record_file::RecordFile;
-use crate::{bag, mat, parquet_file, text};
+use crate::{bag, hdf5, mat, parquet_file, text};
 
 /// The longest beginning of a file that shows its format: HDF5's signature may stand at byte 512.
 const SIGNATURE_LENGTH: u64 = 520;
-
-/// The first eight bytes of an HDF5 file.
-const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
 
 /// Reads a record as [`ReadOptions::read`] does, with nothing given.
 ///
@@ -92,8 +89,16 @@ impl ReadOptions {
             };
             return bag::read_db3(&budget, path, self, stream);
         }
-        if self.topic.is_some() || self.joint.is_some() {
+        let is_hdf5 = start.starts_with(hdf5::SIGNATURE) || start.get(512..).is_some_and(|rest| rest.starts_with(hdf5::SIGNATURE));
+        if self.joint.is_some() || (self.topic.is_some() && !is_hdf5) {
             return Err(Error::NoBag { path: path.to_owned() });
+        }
+        if is_hdf5 {
+            let source = match source {
+                Source::File(file) => hdf5::Source::File(file),
+                Source::Stream(stream) => hdf5::Source::Bytes(budget.all(stream)?),
+            };
+            return hdf5::read(&budget, path, source, self.topic.as_deref());
         }
         let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
         let extension = extension.as_deref().unwrap_or("");
@@ -102,13 +107,6 @@ impl ReadOptions {
                 Source::File(file) => parquet_file::read(&budget, path, file),
                 Source::Stream(stream) => parquet_file::read(&budget, path, Bytes::from(budget.all(stream)?)),
             };
-        }
-        if start.starts_with(HDF5) || start.get(512..).is_some_and(|rest| rest.starts_with(HDF5)) {
-            return Err(Error::Content {
-                path: path.to_owned(),
-                format: "MAT v5",
-                detail: "it is an HDF5 file, such as MATLAB writes with -v7.3; save it with -v7".to_owned(),
-            });
         }
         let stream = source.stream();
         if start.starts_with(b"MATLAB 5.0 MAT-file") || extension == "mat" {

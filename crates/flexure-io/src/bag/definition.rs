@@ -97,6 +97,16 @@ impl Definition {
             && [HEADER, TIME].iter().all(|part| known.get(*part).map(Vec::as_slice) == Some(self.part(part)))
     }
 
+    /// Whether messages can have numbers: those of texts, images and clouds of points have none.
+    pub(super) fn has_numbers(&self, fields: &[Field]) -> bool {
+        fields.iter().any(|field| match &field.kind {
+            Kind::Message(name) => name != HEADER && self.has_numbers(self.part(name)),
+            Kind::Basic(Basic::Text) => false,
+            Kind::Basic(Basic::U8) => field.count == Count::One,
+            Kind::Basic(_) => true,
+        })
+    }
+
     /// Whether all parts are there; none has itself as a part.
     fn check(&self, fields: &[Field], depth: usize) -> Decoded<()> {
         /// More than any message nests: convention.

@@ -99,7 +99,11 @@ impl Channel {
             return Err(format!("its messages are encoded as '{}', not as cdr", self.encoding).into());
         }
         let definition = Definition::new(&self.kind, self.definition.as_deref());
-        definition.map_err(|problem| format!("its definition {problem}").into())
+        let definition = definition.map_err(|problem| format!("its definition {problem}"))?;
+        match definition.has_numbers(&definition.fields) {
+            true => Ok(definition),
+            false => Err("its messages have no numbers".into()),
+        }
     }
 
     fn has_joints(&self, definition: &Definition) -> bool {
@@ -169,9 +173,10 @@ pub(crate) fn read_db3(budget: &Budget, path: &Path, options: &ReadOptions, stre
 
 fn read(budget: &Budget, path: &Path, options: &ReadOptions, bag: &mut dyn Bag) -> Result<RecordFile> {
     let joint = options.joint.as_deref();
-    let refused = |problem: String, topics| Error::Topics {
+    let refused = |choose: bool, problem: String, topics| Error::Topics {
         path: path.to_owned(),
         problem,
+        choose,
         topics,
     };
     let topic = match &options.topic {
@@ -185,9 +190,9 @@ fn read(budget: &Budget, path: &Path, options: &ReadOptions, bag: &mut dyn Bag) 
             let mut fitting = topics.iter().filter(fits).map(|topic| topic.name.clone());
             match (fitting.next(), fitting.next(), joint) {
                 (Some(topic), None, _) => topic,
-                (Some(_), Some(_), _) => return Err(refused("choose a topic by --topic".to_owned(), topics)),
-                (None, _, Some(joint)) => return Err(refused(format!("no topic has a joint '{joint}'"), topics)),
-                (None, _, None) => return Err(refused("no topic has messages of numbers".to_owned(), topics)),
+                (Some(_), Some(_), _) => return Err(refused(true, "choose a topic by --topic".to_owned(), topics)),
+                (None, _, Some(joint)) => return Err(refused(false, format!("no topic has a joint '{joint}'"), topics)),
+                (None, _, None) => return Err(refused(false, "no topic has messages of numbers".to_owned(), topics)),
             }
         }
     };
@@ -223,7 +228,7 @@ fn read(budget: &Budget, path: &Path, options: &ReadOptions, bag: &mut dyn Bag) 
                 (Some(own), Some(joint)) if own.messages > 0 => format!("topic {topic} has no joint '{joint}'"),
                 _ => format!("topic {topic} has no messages"),
             };
-            Err(refused(problem, topics))
+            Err(refused(false, problem, topics))
         }
     }
 }
