@@ -55,14 +55,22 @@ impl Arguments {
 /// Lists the topics of a bag of which none was chosen, and what to type next; passes on any other error.
 fn list_topics(arguments: &Arguments, error: anyhow::Error) -> Result<()> {
     let topics = match error.downcast_ref() {
-        Some(flexure_io::Error::Topics { topics, choose: true, .. }) => topics,
+        Some(flexure_io::Error::Topics {
+            topics, choose: true, ..
+        }) => topics,
         _ => return Err(error),
     };
-    let can_be_read = topics.iter().filter(|topic| topic.problem.is_none() && topic.messages > 0);
+    let can_be_read = topics
+        .iter()
+        .filter(|topic| topic.problem.is_none() && topic.messages > 0);
     // Joints first, whatever their topic is called.
     let first = can_be_read.min_by_key(|topic| topic.joints.is_empty());
     let next = first.map(|topic| {
-        let words = ["look".into(), arguments.record.clone().into_os_string(), "--topic".into()];
+        let words = [
+            "look".into(),
+            arguments.record.clone().into_os_string(),
+            "--topic".into(),
+        ];
         command_line(words.into_iter().chain([topic.name.clone().into()]))
     });
     if arguments.json {

@@ -89,7 +89,9 @@ enum Numbers {
 
 impl Reader<'_> {
     fn group(&mut self, group: &Group, prefix: &str, depth: usize) -> Result<()> {
-        let (groups, datasets) = group.members().map_err(|fault| content(self.budget, self.path, fault))?;
+        let (groups, datasets) = group
+            .members()
+            .map_err(|fault| content(self.budget, self.path, fault))?;
         self.seen += groups.len() + datasets.len();
         if depth > DEEPEST || self.seen > MOST_VARIABLES {
             let detail = format!("it has more than {MOST_VARIABLES} variables, or groups within groups without end");
@@ -138,7 +140,10 @@ impl Reader<'_> {
         let what = format!("the vector '{name}'");
         self.budget.take(bytes, &what)?;
         let stored = dataset.read_native_bytes().map_err(fail)?;
-        self.budget.numbers(usize::try_from(dataset.num_elements().map_err(fail)?).unwrap_or(usize::MAX), &what)?;
+        self.budget.numbers(
+            usize::try_from(dataset.num_elements().map_err(fail)?).unwrap_or(usize::MAX),
+            &what,
+        )?;
         let values = values(numbers, &stored);
         drop(stored);
         self.budget.give_back(bytes);
@@ -151,7 +156,8 @@ impl Reader<'_> {
                 [value] => self.constants.push((name, value)),
                 _ => {
                     self.signals.push((name, values));
-                    self.units.push(text("units").or_else(|| text("unit")).filter(|unit| !unit.is_empty()));
+                    self.units
+                        .push(text("units").or_else(|| text("unit")).filter(|unit| !unit.is_empty()));
                 }
             },
         }
@@ -161,7 +167,11 @@ impl Reader<'_> {
     fn finish(mut self) -> Result<RecordFile> {
         if self.signals.is_empty() {
             let mut found: Vec<String> = self.others.iter().map(Other::to_string).collect();
-            found.extend(self.constants.iter().map(|(name, _)| format!("'{name}' is a single number")));
+            found.extend(
+                self.constants
+                    .iter()
+                    .map(|(name, _)| format!("'{name}' is a single number")),
+            );
             if found.is_empty() {
                 found.push("it holds no variable".to_owned());
             }
@@ -194,13 +204,21 @@ impl Reader<'_> {
 /// How the numbers of a type are stored, or what the type is instead.
 fn numbers(kind: &Datatype) -> std::result::Result<Numbers, &'static str> {
     match kind {
-        Datatype::FixedPoint { size: size @ (1 | 2 | 4 | 8), signed, .. } => Ok(Numbers::Integers {
+        Datatype::FixedPoint {
+            size: size @ (1 | 2 | 4 | 8),
+            signed,
+            ..
+        } => Ok(Numbers::Integers {
             size: *size,
             signed: *signed,
         }),
-        Datatype::FloatingPoint { size: size @ (4 | 8), .. } => Ok(Numbers::Floats { size: *size }),
+        Datatype::FloatingPoint {
+            size: size @ (4 | 8), ..
+        } => Ok(Numbers::Floats { size: *size }),
         // h5py's truth values.
-        Datatype::Enum { base, members } if members.len() == 2 && members.iter().all(|m| ["FALSE", "TRUE"].contains(&m.name.as_str())) => {
+        Datatype::Enum { base, members }
+            if members.len() == 2 && members.iter().all(|m| ["FALSE", "TRUE"].contains(&m.name.as_str())) =>
+        {
             numbers(base)
         }
         Datatype::FixedPoint { .. } | Datatype::FloatingPoint { .. } => Err("numbers of an unusual size"),

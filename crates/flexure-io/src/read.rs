@@ -65,7 +65,10 @@ impl ReadOptions {
             true => Source::Stream(Box::new(zstd::Decoder::new(source.stream())?)).begun(),
             false => Ok((start, source)),
         };
-        let (start, source) = source.begun().and_then(unpacked).map_err(|cause| Error::read(path, cause))?;
+        let (start, source) = source
+            .begun()
+            .and_then(unpacked)
+            .map_err(|cause| Error::read(path, cause))?;
         if start.is_empty() {
             return Err(Error::Empty { path: path.to_owned() });
         }
@@ -89,7 +92,8 @@ impl ReadOptions {
             };
             return bag::read_db3(&budget, path, self, stream);
         }
-        let is_hdf5 = start.starts_with(hdf5::SIGNATURE) || start.get(512..).is_some_and(|rest| rest.starts_with(hdf5::SIGNATURE));
+        let is_hdf5 = start.starts_with(hdf5::SIGNATURE)
+            || start.get(512..).is_some_and(|rest| rest.starts_with(hdf5::SIGNATURE));
         if self.joint.is_some() || (self.topic.is_some() && !is_hdf5) {
             return Err(Error::NoBag { path: path.to_owned() });
         }

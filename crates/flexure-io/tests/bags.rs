@@ -61,7 +61,11 @@ fn every_number_is_that_of_rosbags_to_the_bit() {
                 assert_eq!(serde_json::json!(found), *expected, "{name} {topic} {column}");
             }
             let extra = columns.contains_key("stamp");
-            assert_eq!(file.record.names().len(), columns.len() + usize::from(!extra), "{name} {topic}");
+            assert_eq!(
+                file.record.names().len(),
+                columns.len() + usize::from(!extra),
+                "{name} {topic}"
+            );
         }
     }
 }
@@ -80,7 +84,10 @@ fn stamps_are_those_of_the_header_in_seconds_from_the_first() {
     let file = read(fixture("bags/plain.mcap"), Some("/force"), None).unwrap();
     let logged: Vec<f64> = (0..40).map(|k| f64::from(k) * 1e7 / 1e9).collect();
     assert_eq!(file.finite("t").unwrap(), logged);
-    assert_eq!(file.notes, ["t is when the messages were logged, as they have no stamps"]);
+    assert_eq!(
+        file.notes,
+        ["t is when the messages were logged, as they have no stamps"]
+    );
 }
 
 #[test]
@@ -103,7 +110,10 @@ fn a_joint_has_its_columns_and_names_its_topic() {
         "plain.mcap: 'effort' cannot serve as a signal: it is empty in all messages"
     );
     assert_eq!(
-        refused(&path, Some("/gripper"), Some("elbow")).split(';').next().unwrap(),
+        refused(&path, Some("/gripper"), Some("elbow"))
+            .split(';')
+            .next()
+            .unwrap(),
         "plain.mcap: topic /gripper has no joint 'elbow'"
     );
     assert_eq!(
@@ -121,7 +131,10 @@ fn what_is_no_number_is_named() {
     for (column, what) in [
         ("note", "text"),
         ("image", "bytes"),
-        ("wide", "a column of integers beyond 2^53, which cannot be represented exactly"),
+        (
+            "wide",
+            "a column of integers beyond 2^53, which cannot be represented exactly",
+        ),
     ] {
         let expected = format!("lz4.mcap: '{column}' cannot serve as a signal: it is {what}");
         assert_eq!(message(&file.finite(column).unwrap_err(), folder), expected);
@@ -136,7 +149,10 @@ fn several_topics_are_listed_and_none_is_guessed() {
                numbers)";
     for name in ["plain.mcap", "plain.db3"] {
         let path = fixture(&format!("bags/{name}"));
-        assert_eq!(refused(&path, None, None), format!("{name}: choose a topic by --topic; the topics are: {all}"));
+        assert_eq!(
+            refused(&path, None, None),
+            format!("{name}: choose a topic by --topic; the topics are: {all}")
+        );
         let none = format!("{name}: there is no topic '/x'; the topics are: {all}");
         assert_eq!(refused(&path, Some("/x"), None), none);
         let none = format!("{name}: no topic has a joint 'knee'; the topics are: {all}");
@@ -181,7 +197,8 @@ fn a_bad_message_is_refused_with_its_topic_and_place() {
     changed[header + 1] = 7;
     std::fs::write(&path, changed).unwrap();
     assert!(
-        refused(&path, Some("/joint_states"), None).ends_with("is encoded as 0x0007; plain CDR, 0x0000 and 0x0001, is read"),
+        refused(&path, Some("/joint_states"), None)
+            .ends_with("is encoded as 0x0007; plain CDR, 0x0000 and 0x0001, is read"),
         "{}",
         refused(&path, Some("/joint_states"), None)
     );

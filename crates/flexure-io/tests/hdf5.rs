@@ -8,7 +8,10 @@ use common::{directory, fixture, message};
 use flexure_io::{Error, ReadOptions, read_record};
 
 fn refused(name: &str) -> String {
-    message(&read_record(fixture(&format!("hdf5/{name}"))).unwrap_err(), &fixture("hdf5"))
+    message(
+        &read_record(fixture(&format!("hdf5/{name}"))).unwrap_err(),
+        &fixture("hdf5"),
+    )
 }
 
 fn reference() -> BTreeMap<String, Vec<String>> {
@@ -47,7 +50,10 @@ fn what_is_no_signal_is_named() {
         ("pair", "a matrix (50x2); save each signal as a vector of its own"),
         ("phasor", "complex; save its real and imaginary parts apart (50)"),
         ("nothing", "empty (0)"),
-        ("too_wide", "a vector of integers beyond 2^53, which cannot be represented exactly"),
+        (
+            "too_wide",
+            "a vector of integers beyond 2^53, which cannot be represented exactly",
+        ),
     ] {
         assert_eq!(complaint("plain.h5", column), what);
     }
@@ -74,7 +80,8 @@ fn a_group_is_chosen_where_groups_differ_in_length() {
     let file = options("axis/slow").read(fixture("hdf5/groups.h5")).unwrap();
     assert_eq!(file.column("x").unwrap(), [0.0, 1.0, 2.0, 3.0, 4.0]);
     let error = options("knee").read(fixture("hdf5/groups.h5")).unwrap_err();
-    let expected = "groups.h5 cannot be read as HDF5: group not found: knee; save it again, uncompressed or with deflate";
+    let expected =
+        "groups.h5 cannot be read as HDF5: group not found: knee; save it again, uncompressed or with deflate";
     assert_eq!(message(&error, &fixture("hdf5")), expected);
 }
 
@@ -85,7 +92,10 @@ fn what_has_no_signal_or_is_damaged_is_refused() {
         "nothing.h5 cannot be read as HDF5: it holds no vector of real numbers: 'label' is text or a list of lists ()"
     );
     let error = read_record(fixture("hdf5/truncated.h5")).unwrap_err();
-    assert!(matches!(error, Error::Truncated { .. } | Error::Content { .. }), "{error}");
+    assert!(
+        matches!(error, Error::Truncated { .. } | Error::Content { .. }),
+        "{error}"
+    );
     let folder = directory("cut_hdf5");
     let bytes = std::fs::read(fixture("hdf5/latest.h5")).unwrap();
     let path = folder.join("cut.h5");

@@ -41,7 +41,11 @@ impl<'a> Db3<'a> {
         }
         let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_URI | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         let absolute = std::path::absolute(path).map_err(|cause| Error::read(path, cause))?;
-        let escaped = absolute.to_string_lossy().replace('%', "%25").replace('?', "%3f").replace('#', "%23");
+        let escaped = absolute
+            .to_string_lossy()
+            .replace('%', "%25")
+            .replace('?', "%3f")
+            .replace('#', "%23");
         let database = Connection::open_with_flags(format!("file:{escaped}?immutable=1"), flags);
         Db3::new(path, database.map_err(|error| damaged(path, &error))?)
     }
@@ -61,7 +65,9 @@ impl<'a> Db3<'a> {
         let fail = |error| damaged(path, &error);
         let has = |table: &str| {
             let query = "SELECT COUNT(*) FROM sqlite_master WHERE type = 'table' AND name = ?1";
-            database.query_row(query, [table], |row| row.get::<_, i64>(0)).map(|count| count > 0)
+            database
+                .query_row(query, [table], |row| row.get::<_, i64>(0))
+                .map(|count| count > 0)
         };
         if !(has("topics").map_err(fail)? && has("messages").map_err(fail)?) {
             let detail = "it is an SQLite file without the tables 'topics' and 'messages'".to_owned();
@@ -69,9 +75,12 @@ impl<'a> Db3<'a> {
         }
         let mut definitions: HashMap<String, String> = HashMap::new();
         if has("message_definitions").map_err(fail)? {
-            let query = "SELECT topic_type, encoded_message_definition FROM message_definitions WHERE encoding = 'ros2msg'";
+            let query =
+                "SELECT topic_type, encoded_message_definition FROM message_definitions WHERE encoding = 'ros2msg'";
             let mut query = database.prepare(query).map_err(fail)?;
-            let rows = query.query_map([], |row| Ok((row.get(0)?, row.get(1)?))).map_err(fail)?;
+            let rows = query
+                .query_map([], |row| Ok((row.get(0)?, row.get(1)?)))
+                .map_err(fail)?;
             for row in rows {
                 let (kind, text) = row.map_err(fail)?;
                 definitions.insert(kind, text);

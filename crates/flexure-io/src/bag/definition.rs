@@ -94,7 +94,9 @@ impl Definition {
     pub(super) fn is_known(&self, name: &str) -> bool {
         let known = parsed("", KNOWN).unwrap_or_default();
         known.get(name) == Some(&self.fields)
-            && [HEADER, TIME].iter().all(|part| known.get(*part).map(Vec::as_slice) == Some(self.part(part)))
+            && [HEADER, TIME]
+                .iter()
+                .all(|part| known.get(*part).map(Vec::as_slice) == Some(self.part(part)))
     }
 
     /// Whether messages can have numbers: those of texts, images and clouds of points have none.
@@ -162,7 +164,9 @@ fn field(line: &str, within: &str) -> Decoded<Option<Field>> {
         };
     };
     let rest = rest.trim();
-    let end = rest.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(rest.len());
+    let end = rest
+        .find(|c: char| !(c.is_alphanumeric() || c == '_'))
+        .unwrap_or(rest.len());
     let (name, behind) = rest.split_at(end);
     if behind.trim_start().starts_with('=') {
         return Ok(None);
@@ -172,7 +176,9 @@ fn field(line: &str, within: &str) -> Decoded<Option<Field>> {
         Some((kind, "")) => (kind, Count::Any),
         Some((kind, bound)) if bound.starts_with("<=") => (kind, Count::Any),
         Some((kind, count)) => {
-            let count = count.parse().map_err(|_| format!("has the line '{line}', whose length is no number"))?;
+            let count = count
+                .parse()
+                .map_err(|_| format!("has the line '{line}', whose length is no number"))?;
             (kind, Count::Fixed(count))
         }
     };
@@ -191,7 +197,9 @@ fn field(line: &str, within: &str) -> Decoded<Option<Field>> {
         "float32" => Kind::Basic(Basic::F32),
         "float64" => Kind::Basic(Basic::F64),
         "string" => Kind::Basic(Basic::Text),
-        "wstring" | "float128" | "time" | "duration" => return Err(format!("has a field of type {kind}, which is not read").into()),
+        "wstring" | "float128" | "time" | "duration" => {
+            return Err(format!("has a field of type {kind}, which is not read").into());
+        }
         "Header" => Kind::Message(HEADER.to_owned()),
         part if part.contains('/') => Kind::Message(short(part)),
         part => {
@@ -228,7 +236,10 @@ mod tests {
                 field("o", message("pkg/Other"), Count::Any),
             ]
         );
-        assert_eq!(definition.part("own/Point"), [field("x", Kind::Basic(Basic::F32), Count::One)]);
+        assert_eq!(
+            definition.part("own/Point"),
+            [field("x", Kind::Basic(Basic::F32), Count::One)]
+        );
     }
 
     #[test]
@@ -237,7 +248,10 @@ mod tests {
         assert_eq!(problem("B b"), "lacks that of a/B");
         assert_eq!(problem("A a"), "nests too deeply");
         assert_eq!(problem("wstring w"), "has a field of type wstring, which is not read");
-        assert_eq!(problem("float64[x] q"), "has the line 'float64[x] q', whose length is no number");
+        assert_eq!(
+            problem("float64[x] q"),
+            "has the line 'float64[x] q', whose length is no number"
+        );
         assert_eq!(problem("float64"), "has the line 'float64', which is no field");
         assert_eq!(Definition::new("a/B", None).unwrap_err(), "is not in the bag");
     }

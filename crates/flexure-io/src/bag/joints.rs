@@ -6,13 +6,24 @@ use crate::record_file::Other;
 /// What a message says of each joint, in its order.
 const KINDS: [&str; 3] = ["position", "velocity", "effort"];
 
+/// The most joints of a message: convention.
+const MOST_JOINTS: usize = 1000;
+
+/// The number of names in a message.
+fn count(message: &mut Cdr) -> Decoded<usize> {
+    match message.length()? {
+        count if count > MOST_JOINTS => Err(format!("names more than {MOST_JOINTS} joints").into()),
+        count => Ok(count),
+    }
+}
+
 /// Notes the joints of a message that are not known yet.
 pub(super) fn note_names(mut message: Cdr, known: &mut Vec<String>) -> Decoded<()> {
     message.instant()?;
     message.text()?;
-    for _ in 0..message.length()? {
+    for _ in 0..count(&mut message)? {
         let name = message.text()?;
-        if !known.iter().any(|own| own.as_bytes() == name) {
+        if known.len() < MOST_JOINTS && !known.iter().any(|own| own.as_bytes() == name) {
             known.push(String::from_utf8_lossy(name).into_owned());
         }
     }
@@ -96,12 +107,16 @@ impl Joints {
         // The gap before a text depends on where it stands.
         let phase = message.phase();
         let mut same = message.clone();
-        if self.phase == phase && same.take(self.last.len()).is_ok_and(|names| !names.is_empty() && names == self.last) {
+        if self.phase == phase
+            && same
+                .take(self.last.len())
+                .is_ok_and(|names| !names.is_empty() && names == self.last)
+        {
             *message = same;
             return Ok(());
         }
         self.order.clear();
-        for _ in 0..message.length()? {
+        for _ in 0..count(message)? {
             let name = std::str::from_utf8(message.text()?).map_err(|_| "has a name that is not text")?;
             let found = self.joints.iter().position(|joint| joint.name == name);
             let wanted = self.wanted.as_deref().is_none_or(|wanted| wanted == name);

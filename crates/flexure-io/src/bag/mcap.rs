@@ -70,7 +70,11 @@ impl<'a, R: Read, F: FnMut() -> Result<R>> Mcap<'a, F> {
                 };
                 Cow::Owned(unpacked.map_err(|_| fail(&format!("cannot be unpacked ({compression})")))?)
             }
-            other => return Err(fail(&format!("is packed by '{other}', which is not read; lz4 and zstd are,"))),
+            other => {
+                return Err(fail(&format!(
+                    "is packed by '{other}', which is not read; lz4 and zstd are,"
+                )));
+            }
         };
         if records.len() as u64 != size {
             return Err(fail("does not unpack to the size that it says"));
@@ -107,7 +111,14 @@ impl<'a, R: Read, F: FnMut() -> Result<R>> Mcap<'a, F> {
                     return Err(self.damaged(format!("a message of the channel {id}, which is not there,"), place));
                 };
                 let logged = logged.cast_signed();
-                return each(channel, &Message { logged, data: fields.0, place });
+                return each(
+                    channel,
+                    &Message {
+                        logged,
+                        data: fields.0,
+                        place,
+                    },
+                );
             }
             _ => Some(()),
         };
@@ -145,7 +156,8 @@ impl<'a, R: Read, F: FnMut() -> Result<R>> Mcap<'a, F> {
                 let length = usize::try_from(rest.u64()?).ok()?;
                 Some((code, rest.bytes(length)?))
             })();
-            let (code, content) = record.ok_or_else(|| self.damaged("a record that is longer than its chunk", place))?;
+            let (code, content) =
+                record.ok_or_else(|| self.damaged("a record that is longer than its chunk", place))?;
             self.record(code, content, place, each)?;
         }
         Ok(())

@@ -163,7 +163,12 @@ pub(crate) fn read_mcap<R: Read>(
 }
 
 /// Reads a `.db3` file; from memory where it comes as a stream.
-pub(crate) fn read_db3(budget: &Budget, path: &Path, options: &ReadOptions, stream: Option<impl Read>) -> Result<RecordFile> {
+pub(crate) fn read_db3(
+    budget: &Budget,
+    path: &Path,
+    options: &ReadOptions,
+    stream: Option<impl Read>,
+) -> Result<RecordFile> {
     let mut bag = match stream {
         None => db3::Db3::open(path)?,
         Some(stream) => db3::Db3::load(budget, path, stream)?,
@@ -191,7 +196,9 @@ fn read(budget: &Budget, path: &Path, options: &ReadOptions, bag: &mut dyn Bag) 
             match (fitting.next(), fitting.next(), joint) {
                 (Some(topic), None, _) => topic,
                 (Some(_), Some(_), _) => return Err(refused(true, "choose a topic by --topic".to_owned(), topics)),
-                (None, _, Some(joint)) => return Err(refused(false, format!("no topic has a joint '{joint}'"), topics)),
+                (None, _, Some(joint)) => {
+                    return Err(refused(false, format!("no topic has a joint '{joint}'"), topics));
+                }
                 (None, _, None) => return Err(refused(false, "no topic has messages of numbers".to_owned(), topics)),
             }
         }
@@ -207,7 +214,12 @@ fn read(budget: &Budget, path: &Path, options: &ReadOptions, bag: &mut dyn Bag) 
         }
         let table = match &mut table {
             Some(table) if table.kind == channel.kind => table,
-            Some(table) => return Err(at(message.place, format!("is of type {}, those before of {}", channel.kind, table.kind).into())),
+            Some(table) => {
+                return Err(at(
+                    message.place,
+                    format!("is of type {}, those before of {}", channel.kind, table.kind).into(),
+                ));
+            }
             none => {
                 let new = Table::new(channel, joint);
                 none.insert(new.map_err(|why| Error::content(path, "a ROS 2 bag", format!("topic {topic}: {why}")))?)
@@ -246,11 +258,15 @@ fn survey(budget: &Budget, path: &Path, bag: &mut dyn Bag) -> Result<Vec<Topic>>
     };
     bag.each(None, &mut |channel, message| {
         if !found.contains_key(&channel.topic) {
-            let joints = channel.definition().is_ok_and(|definition| channel.has_joints(&definition));
+            let joints = channel
+                .definition()
+                .is_ok_and(|definition| channel.has_joints(&definition));
             has_joints.insert(channel.topic.clone(), joints);
             found.insert(channel.topic.clone(), begun(channel));
         }
-        let Some(topic) = found.get_mut(&channel.topic) else { return Ok(()) };
+        let Some(topic) = found.get_mut(&channel.topic) else {
+            return Ok(());
+        };
         topic.messages += 1;
         if has_joints[&channel.topic] {
             let content = message.content(budget)?;

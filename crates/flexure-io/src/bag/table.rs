@@ -38,7 +38,10 @@ impl Table {
             (true, joint) => Columns::Joints(Joints::new(joint)),
             (false, None) => Columns::Numbers(Numbers::new(definition)),
             (false, Some(_)) => {
-                let why = format!("--joint is for sensor_msgs/msg/JointState, but its type is {}", channel.kind);
+                let why = format!(
+                    "--joint is for sensor_msgs/msg/JointState, but its type is {}",
+                    channel.kind
+                );
                 return Err(why.into());
             }
         };
