@@ -120,6 +120,8 @@ const GROUPS: [(&str, &[&str]); 7] = [
             "json",
             "joint-views",
             "no-open",
+            "port",
+            "largest-file",
             "write-arm",
             "allow-paths",
             "table",
