@@ -79,7 +79,9 @@ fn list_topics(arguments: &Arguments, error: anyhow::Error) -> Result<()> {
                 "problem": topic.problem })
         };
         let topics: Vec<_> = topics.iter().map(object).collect();
-        return print(&json!({ "topics": topics, "next": next }).to_string());
+        return print(
+            &json!({ "topics": topics, "next": next.map(|command| json!({ "command": command })) }).to_string(),
+        );
     }
     let lines = topics.iter().map(|topic| readable(&topic.to_string()));
     let last = [String::new(), format!("next: {}", next.unwrap_or_default())];

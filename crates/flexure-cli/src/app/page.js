@@ -120,7 +120,7 @@ async function look() {
   if (!job || job.state !== "done" || own !== open) return;
   const seen = JSON.parse(job.result);
   if (seen.topics) return showTopics(seen.topics);
-  const next = (seen.next || "").match(/'[^']*'|\S+/g) || [];
+  const next = ((seen.next && seen.next.command) || "").match(/'[^']*'|\S+/g) || [];
   const named = (option) => {
     const at = next.indexOf(`--${option}`);
     return at < 0 ? [] : next[at + 1].replace(/^'|'$/g, "").split(",");
