@@ -31,9 +31,15 @@ fn look_lists_topics_and_joints_and_the_command_that_it_ends_with_runs() {
         ]
     );
     let looked = folder.done("look plain.mcap --topic /gripper");
-    assert!(looked.starts_with("plain.mcap: 20 samples of 3 columns, every 0.02 s"), "{looked}");
+    assert!(
+        looked.starts_with("plain.mcap: 20 samples of 3 columns, every 0.02 s"),
+        "{looked}"
+    );
     let found = folder.json("look plain.db3");
-    assert_eq!(found["topics"][2]["joints"], serde_json::json!(["shoulder", "elbow", "wrist_3"]));
+    assert_eq!(
+        found["topics"][2]["joints"],
+        serde_json::json!(["shoulder", "elbow", "wrist_3"])
+    );
     assert_eq!(found["topics"][5]["problem"], "its messages have no numbers");
     assert_eq!(found["next"]["command"], "flexure look plain.db3 --topic /gripper");
 }
@@ -43,9 +49,17 @@ fn a_topic_that_is_not_there_is_an_error_everywhere() {
     let folder = folder();
     let outcome = folder.run("look plain.mcap --topic /x");
     assert_eq!(outcome.code, Some(1));
-    assert!(outcome.stderr.starts_with("error: plain.mcap: there is no topic '/x'; the topics are: /force"), "{outcome:?}");
+    assert!(
+        outcome
+            .stderr
+            .starts_with("error: plain.mcap: there is no topic '/x'; the topics are: /force"),
+        "{outcome:?}"
+    );
     folder.known("u.csv", 300, 1);
-    folder.failed("look u.csv --topic /x", "u.csv is no ROS 2 bag; leave out --topic and --joint");
+    folder.failed(
+        "look u.csv --topic /x",
+        "u.csv is no ROS 2 bag; leave out --topic and --joint",
+    );
 }
 
 #[test]
@@ -53,7 +67,10 @@ fn a_joint_of_a_bag_needs_no_columns() {
     let folder = folder();
     let outcome = folder.run("joint plain.mcap --joint elbow");
     assert_eq!(outcome.code, Some(1));
-    assert!(outcome.stderr.contains("needs at least 200 samples, but there are 40"), "{outcome:?}");
+    assert!(
+        outcome.stderr.contains("needs at least 200 samples, but there are 40"),
+        "{outcome:?}"
+    );
     folder.failed(
         "joint plain.mcap --topic /gripper --joint finger",
         "plain.mcap: 'effort' cannot serve as a signal: it is empty in all messages",

@@ -56,6 +56,7 @@ impl<'a> Cdr<'a> {
     }
 
     /// Passes over bytes.
+    #[inline]
     pub(super) fn take(&mut self, count: usize) -> Decoded<&'a [u8]> {
         let end = self.at.checked_add(count).ok_or(ENDS)?;
         let taken = self.bytes.get(self.at..end).ok_or(ENDS)?;
@@ -99,6 +100,20 @@ impl<'a> Cdr<'a> {
     #[inline]
     pub(super) fn f64(&mut self) -> Decoded<f64> {
         self.little().map(f64::from_le_bytes)
+    }
+
+    /// So many numbers.
+    pub(super) fn f64s(&mut self, count: usize) -> Decoded<impl Iterator<Item = f64>> {
+        if count > 0 {
+            self.align(size_of::<f64>());
+        }
+        let (values, _) = self.take(count.saturating_mul(size_of::<f64>()))?.as_chunks();
+        let read = if self.big_endian {
+            f64::from_be_bytes
+        } else {
+            f64::from_le_bytes
+        };
+        Ok(values.iter().map(move |bytes| read(*bytes)))
     }
 
     /// The length of a sequence, each of whose elements takes at least one byte.

@@ -110,7 +110,7 @@ impl Bag for Db3<'_> {
         let fail = |error| damaged(self.path, &error);
         let is_wanted = |channel: &Channel| wanted.is_none_or(|wanted| wanted == channel.topic);
         for (id, channel) in self.topics.iter().filter(|(_, channel)| is_wanted(channel)) {
-            let query = "SELECT id, timestamp, data FROM messages WHERE topic_id = ?1 ORDER BY timestamp, id";
+            let query = "SELECT id, timestamp, data FROM messages WHERE topic_id = ?1 ORDER BY id";
             let mut query = self.database.prepare(query).map_err(fail)?;
             let mut rows = query.query([id]).map_err(fail)?;
             while let Some(row) = rows.next().map_err(fail)? {

@@ -84,9 +84,8 @@ impl Joints {
             if count != 0 && count != self.order.len() {
                 return Err(format!("has {count} of {kind} for {} joints", self.order.len()).into());
             }
-            for i in 0..count {
-                let value = message.f64()?;
-                if let Some(joint) = self.order[i] {
+            for (value, joint) in message.f64s(count)?.zip(&self.order) {
+                if let Some(joint) = *joint {
                     self.joints[joint].columns[k].push(value);
                 }
             }

@@ -225,7 +225,7 @@ fn read(budget: &Budget, path: &Path, options: &ReadOptions, bag: &mut dyn Bag) 
                 none.insert(new.map_err(|why| Error::content(path, "a ROS 2 bag", format!("topic {topic}: {why}")))?)
             }
         };
-        budget.take(table.bytes(), &format!("topic {topic}"))?;
+        budget.take(table.bytes(), "the topic")?;
         let content = message.content(budget)?;
         let added = content.and_then(|content| table.add(Cdr::new(&content)?, message.logged));
         added.map_err(|fault| at(message.place, fault))
