@@ -128,9 +128,9 @@ async function look() {
   const [inputs, outputs] = [named("input"), named("output")];
   find("column-rows").replaceChildren(...seen.columns.map((column) => make("tr", {},
     make("th", { scope: "row" }, column.name),
-    make("td", {}, column.unit || ""), make("td", {}, number(column.least)), make("td", {}, number(column.greatest)), make("td", {}, String(column.missing)),
     make("td", {}, make("input", { type: "checkbox", name: "input", value: column.name, "aria-label": `${column.name} is an input`, checked: inputs.includes(column.name) })),
     make("td", {}, make("input", { type: "radio", name: "output", value: column.name, "aria-label": `${column.name} is the output`, checked: outputs.includes(column.name) })),
+    make("td", {}, column.unit || ""), make("td", {}, number(column.least)), make("td", {}, number(column.greatest)), make("td", {}, String(column.missing)),
   )));
   find("findings").replaceChildren(...(seen.findings || []).map((text) => make("li", {}, text)));
   find("columns").hidden = false;
