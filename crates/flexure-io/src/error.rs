@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use flexure::error::DataError;
 
-use crate::bag::Topic;
+use crate::topic::Topic;
 
 /// The result of every fallible function of this crate.
 pub type Result<T> = std::result::Result<T, Error>;

@@ -31,11 +31,11 @@ mod table;
 mod temporary;
 mod text;
 mod time;
+mod topic;
 mod units;
 mod write;
 
 pub use atomic::{check_writable, destination, write_atomically};
-pub use bag::Topic;
 pub use error::{Error, LineProblem, Result};
 pub use model::{BlockLabel, ModelFile, ModelPath, RecordMark, model_text, parse_model, read_model, write_model};
 pub use options::{Decimal, ReadOptions};
@@ -45,4 +45,5 @@ pub use table::{Row, write_table};
 pub use temporary::remove_temporaries;
 pub use text::read_text;
 pub use time::{Instants, TimeColumn};
+pub use topic::Topic;
 pub use write::{check_record_writable, write_record, write_record_with_units};
