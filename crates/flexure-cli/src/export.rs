@@ -26,7 +26,7 @@ use crate::simulate::read_arm;
     flexure export model.json --to fmu --fmi 3 --compile -o motor.fmu")]
 pub struct Arguments {
     /// The model, from `flexure identify -o`; a curve as a table, from `flexure joint --friction` or `flexure regress -o`; or an arm file,
-    /// which goes to C with an integrator inside.
+    /// which goes to C and FMU with an integrator inside.
     model: PathBuf,
     /// The format.
     #[arg(long, value_name = "FORMAT", value_parser = arguments::named::<Format>())]
@@ -57,9 +57,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
     }
     let is_arm = arguments.model.extension().is_some_and(|extension| extension == "toml");
-    if is_arm && arguments.to != Format::C {
-        return Err(arguments::Usage("an arm is exported by --to c alone".to_owned()).into());
-    }
     let options = Options {
         format: arguments.to,
         name: arguments.name.as_deref(),
@@ -67,7 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         compile: arguments.compile,
     };
     let artefacts = match is_arm {
-        true => flexure_export::export_arm(&read_arm(&arguments.model)?, &arguments.out, options.name)?,
+        true => flexure_export::export_arm(&read_arm(&arguments.model)?, &arguments.out, options)?,
         false => flexure_export::export(&exportable(&arguments.model)?, &arguments.out, options)?,
     };
     let paths: Vec<PathBuf> = artefacts.iter().map(|artefact| artefact.path.clone()).collect();

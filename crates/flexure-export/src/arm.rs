@@ -1,4 +1,4 @@
-//! An arm as C: its equations of motion with an integrator inside.
+//! An arm as C or FMU: its equations of motion with an integrator inside.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use flexure_io::arm::ArmFile;
 use minijinja::context;
 
 use crate::error::{Error, Result};
-use crate::{Artefact, destination, header_name, name, text};
+use crate::{Artefact, Format, Options, destination, fmu, header_name, name, text};
 
 /// The integrator's step beside the fastest time constant of the arm: 0.1 leaves an error below 1e-6 of the motion (measured by
 /// `the_exported_arm_moves_as_the_simulated_one`).
@@ -16,15 +16,33 @@ const SHARE: f64 = 0.1;
 /// The most steps a sample.
 const MOST_STEPS: f64 = 1e5;
 
-/// The C source and header of an arm.
+/// The state's components, with their units.
+const OUTPUTS: [(&str, &str); 8] = [
+    ("q1", "rad"),
+    ("q2", "rad"),
+    ("qm1", "rad"),
+    ("qm2", "rad"),
+    ("dq1", "rad/s"),
+    ("dq2", "rad/s"),
+    ("dqm1", "rad/s"),
+    ("dqm2", "rad/s"),
+];
+
+/// The files of an arm: C source and header, or an FMU.
 ///
 /// # Errors
-/// As [`export`](crate::export); [`Error::Model`] for an arm too stiff for its sample time.
-pub fn export_arm(file: &ArmFile, out: &Path, name: Option<&str>) -> Result<Vec<Artefact>> {
-    let (path, name) = destination(out, "c", name)?;
+/// As [`export`](crate::export); [`Error::Model`] for another format, and for an arm too stiff for its sample time.
+pub fn export_arm(file: &ArmFile, out: &Path, options: Options<'_>) -> Result<Vec<Artefact>> {
+    if !matches!(options.format, Format::C | Format::Fmu) {
+        return Err(Error::Model("an arm goes to C and FMU alone".to_owned()));
+    }
+    let (path, name) = destination(out, options.format.extension(), options.name)?;
     name::check(&name)?;
     let arm = Arm::new(file.arm).map_err(|error| Error::Model(error.to_string()))?;
-    let (header, file_name) = header_name(&path)?;
+    let (header, file_name) = match options.format {
+        Format::Fmu => (path.clone(), format!("{name}.h")),
+        _ => header_name(&path)?,
+    };
     let sample_time = file.run.sample_time;
     let steps = (sample_time * fastest(&arm) / SHARE).ceil().max(1.0);
     if !(steps <= MOST_STEPS) {
@@ -75,9 +93,11 @@ pub fn export_arm(file: &ArmFile, out: &Path, name: Option<&str>) -> Result<Vec<
         format!("One step is one sample of {sample_time:?} s. Call it at this rate."),
         format!("Inside, the method of Runge and Kutta of order 4 takes {steps} steps a sample."),
     ];
+    let about = about.map(|line| name::plain(&line));
     let own = context! {
-        name, rigid, free, geared, diagonal, stiffness, friction,
-        about => about.map(|line| name::plain(&line)),
+        rigid, free, geared, diagonal, stiffness, friction,
+        name => &name,
+        about => &about,
         header => file_name,
         links => literals(&[links.shoulder, links.elbow, links.coupling]),
         motor => literals(&motor),
@@ -87,6 +107,19 @@ pub fn export_arm(file: &ArmFile, out: &Path, name: Option<&str>) -> Result<Vec<
         h => format!("{:?}", sample_time / steps),
         steps => steps as u64,
     };
+    if options.format == Format::Fmu {
+        let named = |name: &str, unit| (name.to_owned(), Some(unit));
+        let content = fmu::Content {
+            source: text::rendered("arm.c", own.clone())?,
+            header: text::rendered("arm.h", own)?,
+            inputs: ["tau1", "tau2"].map(|input| named(input, "N.m")).to_vec(),
+            outputs: OUTPUTS.map(|(output, unit)| named(output, unit)).to_vec(),
+            sample_time: Some(sample_time),
+            is_arm: true,
+        };
+        let bytes = fmu::archive(content, &name, &about, options.fmi, options.compile)?;
+        return Ok(vec![Artefact { path, bytes }]);
+    }
     Ok(vec![
         Artefact {
             path,

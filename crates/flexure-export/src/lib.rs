@@ -133,7 +133,7 @@ pub fn export(model: &ModelFile, out: &Path, options: Options<'_>) -> Result<Vec
         }
         Format::Python | Format::Matlab => vec![single(plain(Value::UNDEFINED)?)],
         Format::Onnx => vec![single(onnx::graph(&program, &described))],
-        Format::Fmu => vec![single(fmu::archive(
+        Format::Fmu => vec![single(fmu::of_model(
             &program,
             &described,
             options.fmi,

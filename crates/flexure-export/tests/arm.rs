@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use flexure_export::export_arm;
+use flexure_export::{Fmi, Format, Options, export_arm};
 use flexure_io::arm::{ArmFile, run};
 
 const MAIN: &str = r#"
@@ -35,7 +35,13 @@ fn arm(model: &str, locked: [bool; 2]) -> ArmFile {
 
 /// Compiles it with every warning an error and every check on, and drives it with the recorded torques.
 fn moved(file: &ArmFile, folder: &Path, torque: [&[f64]; 2]) -> Option<Vec<f64>> {
-    for artefact in export_arm(file, &folder.join("model.c"), None).unwrap() {
+    let options = Options {
+        format: Format::C,
+        name: None,
+        fmi: Fmi::Two,
+        compile: false,
+    };
+    for artefact in export_arm(file, &folder.join("model.c"), options).unwrap() {
         std::fs::write(artefact.path, artefact.bytes).unwrap();
     }
     std::fs::write(folder.join("main.c"), MAIN).unwrap();
