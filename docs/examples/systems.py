@@ -110,3 +110,52 @@ def raw_motor():
     speed = np.concatenate([0.02 * rng.normal(size=waiting), record["speed"]])
     speed[[900, 2400, 2401, 4100]] = [4e3, -4e3, -4e3, 4e3]
     return {"Time [ms]": 10.0 * np.arange(len(voltage)), "voltage [mV]": 1000 * voltage, "speed [rpm]": speed * 30 / np.pi}
+
+
+def joint_log(duration=60.0, rate=100, seed=11, inertia=0.8, viscous=1.2, coulomb=0.6):
+    """A rigid joint with Coulomb and viscous friction under a random torque: instants, position, velocity and torque as a driver logs them."""
+    rng = np.random.default_rng(seed)
+    steps = 20
+    h = 1 / (rate * steps)
+    n = int(duration * rate)
+    torque = np.zeros(n)
+    for f in np.arange(0.1, 3.0, 0.1):
+        torque += rng.normal(0, 1.2) * np.sin(2 * np.pi * (f * np.arange(n) / rate + rng.uniform()))
+    q, v = np.zeros(n), np.zeros(n)
+    state = np.zeros(2)
+    for k in range(n):
+        q[k], v[k] = state
+        for _ in range(steps):
+            friction = viscous * state[1] + coulomb * np.tanh(state[1] / 0.01)
+            state = state + h * np.array([state[1], (torque[k] - friction) / inertia])
+    jitter = rng.uniform(-2e-4, 2e-4, n)
+    return {"t": np.arange(n) / rate + jitter, "q": q + rng.normal(0, 1e-5, n), "v": v + rng.normal(0, 1e-3, n), "tau": torque}
+
+
+def write_bag(path, joints):
+    """The joints' logs as a bag of ROS 2, `sensor_msgs/JointState`, with a second topic of a battery's voltage."""
+    import shutil
+    import tempfile
+    from pathlib import Path
+
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    types = store.types
+    kind = "sensor_msgs/msg/JointState"
+    first = next(iter(joints.values()))
+    with tempfile.TemporaryDirectory() as folder:
+        with Writer(Path(folder) / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+            topic = writer.add_connection("/joint_states", kind, typestore=store)
+            battery = writer.add_connection("/battery", "std_msgs/msg/Float64", typestore=store)
+            for k, t in enumerate(first["t"]):
+                instant = 1_760_000_000_000_000_000 + round(1e9 * t)
+                stamp = types["builtin_interfaces/msg/Time"](instant // 10**9, instant % 10**9)
+                columns = [np.array([log[name][k] for log in joints.values()]) for name in ("q", "v", "tau")]
+                message = types[kind](types["std_msgs/msg/Header"](stamp, "base"), list(joints), *columns)
+                writer.write(topic, instant + 100_000, store.serialize_cdr(message, kind))
+                if k % 100 == 0:
+                    voltage = types["std_msgs/msg/Float64"](48.0 - 1e-5 * k)
+                    writer.write(battery, instant + 200_000, store.serialize_cdr(voltage, "std_msgs/msg/Float64"))
+        shutil.copy(next((Path(folder) / "bag").glob("*.mcap")), path)

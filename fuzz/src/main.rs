@@ -2,7 +2,7 @@
 //!
 //! | target | what is changed | what must hold |
 //! |---|---|---|
-//! | `text`, `mat`, `parquet` | records | the reader returns, and columns have equal lengths |
+//! | `text`, `mat`, `parquet`, `hdf5`, `mcap`, `db3` | records | the reader returns, and columns have equal lengths |
 //! | `arm`, `model` | arm and model files | the reader returns; what it took can be written and read again |
 //! | `urdf`, `chain` | descriptions of chains | the reader returns; what it took moves finitely |
 //! | `scenario` | control scenarios | the reader returns, and says what is wrong in few words |

@@ -38,6 +38,8 @@ struct Records {
     name: &'static str,
     extension: &'static str,
     seeds: Vec<Vec<u8>>,
+    /// Those of a bag, one after the other.
+    topics: &'static [Option<&'static str>],
     folder: TempDir,
 }
 
@@ -53,11 +55,21 @@ impl Target for Records {
     fn check(&self, input: &[u8]) -> Result<()> {
         let path = self.folder.path().join("record").with_extension(self.extension);
         std::fs::write(&path, input)?;
+        for topic in self.topics {
+            self.read(&path, *topic)?;
+        }
+        Ok(())
+    }
+}
+
+impl Records {
+    fn read(&self, path: &Path, topic: Option<&str>) -> Result<()> {
         let options = ReadOptions {
             memory: Some(MEMORY),
+            topic: topic.map(str::to_owned),
             ..ReadOptions::default()
         };
-        match options.read(&path) {
+        match options.read(path) {
             Ok(file) => {
                 let lengths = file.record.columns().map(|(_, samples)| samples.len());
                 ensure!(
@@ -268,10 +280,17 @@ pub fn all(fixtures: &Path) -> Result<Vec<Box<dyn Target>>> {
     write_record(&made, &known)?;
     let mut mat = Vec::new();
     let mut parquet = vec![std::fs::read(made)?];
-    let mut paths: Vec<PathBuf> = std::fs::read_dir(fixtures)?.flatten().map(|e| e.path()).collect();
+    let mut paths: Vec<PathBuf> = Vec::new();
+    for folder in [fixtures.to_owned(), fixtures.join("bags"), fixtures.join("hdf5")] {
+        paths.extend(std::fs::read_dir(folder)?.flatten().map(|e| e.path()));
+    }
     paths.sort();
+    let [mut mcap, mut db3, mut hdf5] = [const { Vec::new() }; 3];
     for path in paths {
         match path.extension().and_then(|e| e.to_str()) {
+            Some("mcap") => mcap.push(std::fs::read(path)?),
+            Some("db3") => db3.push(std::fs::read(path)?),
+            Some("h5") => hdf5.push(std::fs::read(path)?),
             Some("mat") => mat.push(std::fs::read(path)?),
             Some("parquet") => parquet.push(std::fs::read(path)?),
             _ => {}
@@ -279,15 +298,21 @@ pub fn all(fixtures: &Path) -> Result<Vec<Box<dyn Target>>> {
     }
     let text = TEXTS.iter().map(|text| text.as_bytes().to_vec()).collect();
     let mut targets: Vec<Box<dyn Target>> = Vec::new();
-    for (name, extension, seeds) in [
-        ("text", "csv", text),
-        ("mat", "mat", mat),
-        ("parquet", "parquet", parquet),
+    let once: &[_] = &[None];
+    let topics: &[_] = &[None, Some("/joint_states"), Some("/probe"), Some("/force")];
+    for (name, extension, seeds, topics) in [
+        ("text", "csv", text, once),
+        ("mat", "mat", mat, once),
+        ("parquet", "parquet", parquet, once),
+        ("hdf5", "h5", hdf5, once),
+        ("mcap", "mcap", mcap, topics),
+        ("db3", "db3", db3, topics),
     ] {
         targets.push(Box::new(Records {
             name,
             extension,
             seeds,
+            topics,
             folder: tempfile::tempdir()?,
         }));
     }

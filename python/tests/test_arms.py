@@ -116,7 +116,7 @@ def test_a_flexible_joint_in_an_arm(tmp_path, command):
     log = flexure.Arm.from_text(text[: text.index("[run]")] + _RUN.replace("q2 = 1e-5", "q2 = 1e-5, qm2 = 1e-5")).simulate()
     path = write_csv(tmp_path / "log.csv", t=log["t"], m=log["qm2"], q=log["q2"], tau=log["tau2"])
     page, file = tmp_path / "page.html", tmp_path / "arm.toml"
-    command("joint", path, "--motor", "m", "--link", "q", "--torque", "tau", "--joint", "2", "--arm", file, "--report", page)
+    command("joint", path, "--motor", "m", "--link", "q", "--torque", "tau", "--arm-joint", "2", "--arm", file, "--report", page)
     joint = flexure.identify_joint(log["tau2"], motor=log["qm2"], link=log["q2"], dt=0.002)
     assert joint.kind == "flexible" and joint.arm(2).toml == file.read_text()
     same_page(joint, page, tmp_path)
@@ -153,7 +153,7 @@ def test_an_arm_is_identified_as_on_the_command_line(two_links, tmp_path, comman
 def test_a_rigid_axis_is_identified_as_on_the_command_line(axis, tmp_path, command):
     path = write_csv(tmp_path / "log.csv", t=axis["t"], q=axis["q2"], tau=axis["tau2"])
     page, file = tmp_path / "page.html", tmp_path / "arm.toml"
-    wanted = ["--joint", "2", "--arm", file, "--report", page, "--json"]
+    wanted = ["--arm-joint", "2", "--arm", file, "--report", page, "--json"]
     done = command("joint", path, "--position", "q", "--torque", "tau", *wanted)
     found = flexure.identify_joint(axis["tau2"], position=axis["q2"], dt=0.002)
     assert found.kind == "rigid" and found.motor_inertia is None and found.stiffness is None

@@ -12,6 +12,7 @@ use serde_json::json;
 use crate::arguments;
 use crate::files::{prepare, wrote};
 use crate::output::print;
+use crate::simulate::read_arm;
 
 /// Write a model as code for other programs.
 ///
@@ -21,9 +22,11 @@ use crate::output::print;
 #[command(after_help = "Examples:\n  \
     flexure export model.json --to c -o motor.c\n  \
     flexure export friction.csv --to c -o friction.c\n  \
+    flexure export arm.toml --to c -o arm.c\n  \
     flexure export model.json --to fmu --fmi 3 --compile -o motor.fmu")]
 pub struct Arguments {
-    /// The model, from `flexure identify -o`; or a curve as a table, from `flexure joint --friction` or `flexure regress -o`.
+    /// The model, from `flexure identify -o`; a curve as a table, from `flexure joint --friction` or `flexure regress -o`; or an arm file,
+    /// which goes to C and FMU with an integrator inside.
     model: PathBuf,
     /// The format.
     #[arg(long, value_name = "FORMAT", value_parser = arguments::named::<Format>())]
@@ -53,14 +56,17 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             return Err(arguments::Usage(format!("{option} is for --to fmu")).into());
         }
     }
-    let model = exportable(&arguments.model)?;
+    let is_arm = arguments.model.extension().is_some_and(|extension| extension == "toml");
     let options = Options {
         format: arguments.to,
         name: arguments.name.as_deref(),
         fmi: arguments.fmi.unwrap_or_default(),
         compile: arguments.compile,
     };
-    let artefacts = flexure_export::export(&model, &arguments.out, options)?;
+    let artefacts = match is_arm {
+        true => flexure_export::export_arm(&read_arm(&arguments.model)?, &arguments.out, options)?,
+        false => flexure_export::export(&exportable(&arguments.model)?, &arguments.out, options)?,
+    };
     let paths: Vec<PathBuf> = artefacts.iter().map(|artefact| artefact.path.clone()).collect();
     prepare([&arguments.model], [], &paths)?;
     for artefact in &artefacts {

@@ -59,7 +59,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
             "motor-inertia",
             "kp",
             "kv",
-            "joint",
+            "arm-joint",
             "template",
         ],
     ),
@@ -120,6 +120,8 @@ const GROUPS: [(&str, &[&str]); 7] = [
             "json",
             "joint-views",
             "no-open",
+            "port",
+            "largest-file",
             "write-arm",
             "allow-paths",
             "table",
@@ -245,6 +247,8 @@ mod tests {
             "skip-lines",
             "time",
             "time-format",
+            "topic",
+            "joint",
             "memory",
         ];
         for subcommand in command().get_subcommands() {

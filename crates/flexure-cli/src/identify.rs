@@ -28,7 +28,7 @@ use crate::simulate::read_arm;
 ///
 /// The last quarter of the record is not fitted. Fit, RMS error and residual tests are about this part. A record with two signals needs
 /// no names: the first is the input. With more signals, name the input and the output. A record is CSV, columns between spaces, Parquet, or
-/// MAT v5.
+/// MAT, HDF5, or a topic of a ROS 2 bag.
 #[derive(clap::Args)]
 #[command(
     after_help = "Example:\n  flexure identify record.csv --input u --output y -o model.json --report report.html"

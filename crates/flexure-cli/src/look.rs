@@ -3,7 +3,10 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
+use flexure::text::readable;
+use flexure_io::Topic;
 use flexure_workbench::look::{Inspection, Request, Suggestion};
+use serde_json::json;
 
 use crate::arguments;
 use crate::files::{prepare, write_text, wrote};
@@ -15,7 +18,7 @@ use crate::reading::Reading;
 ///
 /// Every column has its range, missing samples, outliers, levels, steps of rounding, standstill at an extreme and power spectrum. The time has
 /// its gaps and jitter. Every pair of columns is tested: does one follow the other, and after how many samples? A record is CSV, columns
-/// between spaces, Parquet, or MAT v5.
+/// between spaces, Parquet, MAT, HDF5, or a topic of a ROS 2 bag. Of a bag with several topics, the topics and joints are listed.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  flexure look record.csv --report look.html")]
 pub struct Arguments {
@@ -49,12 +52,51 @@ impl Arguments {
     }
 }
 
+/// Lists the topics of a bag of which none was chosen, and what to type next; passes on any other error.
+fn list_topics(arguments: &Arguments, error: anyhow::Error) -> Result<()> {
+    let topics = match error.downcast_ref() {
+        Some(flexure_io::Error::Topics {
+            topics, choose: true, ..
+        }) => topics,
+        _ => return Err(error),
+    };
+    let can_be_read = topics
+        .iter()
+        .filter(|topic| topic.problem.is_none() && topic.messages > 0);
+    // Joints first, whatever their topic is called.
+    let first = can_be_read.min_by_key(|topic| topic.joints.is_empty());
+    let next = first.map(|topic| {
+        let words = [
+            "look".into(),
+            arguments.record.clone().into_os_string(),
+            "--topic".into(),
+        ];
+        command_line(words.into_iter().chain([topic.name.clone().into()]))
+    });
+    if arguments.json {
+        let object = |topic: &Topic| {
+            json!({ "name": topic.name, "type": topic.kind, "messages": topic.messages, "joints": topic.joints,
+                "problem": topic.problem })
+        };
+        let topics: Vec<_> = topics.iter().map(object).collect();
+        return print(
+            &json!({ "topics": topics, "next": next.map(|command| json!({ "command": command })) }).to_string(),
+        );
+    }
+    let lines = topics.iter().map(|topic| readable(&topic.to_string()));
+    let last = [String::new(), format!("next: {}", next.unwrap_or_default())];
+    print(&lines.chain(last).collect::<Vec<_>>().join("\n"))
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let inputs = arguments.input.as_deref().map(arguments::columns).unwrap_or_default();
     arguments::distinct_inputs(&inputs, arguments.output.as_deref())?;
     prepare([&arguments.record], [], &arguments.report)?;
-    let file = arguments.reading.read(&arguments.record)?;
+    let file = match arguments.reading.read(&arguments.record) {
+        Err(error) => return list_topics(arguments, error),
+        Ok(file) => file,
+    };
     let output = arguments.output.as_deref();
     let in_use: Vec<&str> = inputs.iter().copied().chain(output).collect();
     let request = Request {

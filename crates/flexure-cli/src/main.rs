@@ -2,6 +2,7 @@
 //!
 //! Exit codes: 0 done, 1 the data or the fit failed, 2 wrong usage.
 
+mod app;
 mod applied;
 mod arguments;
 mod columns;
@@ -70,6 +71,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Control(control::Arguments),
     Study(study::Arguments),
+    App(app::Arguments),
     #[command(hide = true)]
     Completions(help::CompletionArguments),
     #[command(hide = true)]
@@ -83,6 +85,7 @@ fn main() -> ExitCode {
     let command = help::grouped(Cli::command());
     let given = Cli::from_arg_matches(&command.clone().get_matches()).unwrap_or_else(|error| error.exit());
     let result = match given.command {
+        Command::App(arguments) => app::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Excite(arguments) => excite::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),

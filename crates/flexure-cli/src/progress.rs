@@ -11,6 +11,11 @@ use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 /// Nothing is drawn before this.
 const PATIENCE: Duration = Duration::from_secs(1);
 
+/// The variable that asks for progress in lines, for a program that shows it itself.
+pub const LINES: &str = "FLEXURE_PROGRESS";
+/// What such a line begins with.
+pub const MARK: &str = "progress: ";
+
 /// Work in progress; the drawing is removed when it is dropped, and absent where there is no terminal.
 pub struct Progress {
     bar: ProgressBar,
@@ -90,9 +95,11 @@ impl Reported {
     fn show(&self, what: &str, step: Option<String>, progress: &Progress) {
         let stage = self.stage.lock().ok().and_then(|current| current.clone());
         let parts = [Some(what.to_owned()), stage, step];
-        progress
-            .bar
-            .set_message(parts.into_iter().flatten().collect::<Vec<_>>().join(": "));
+        let message = parts.into_iter().flatten().collect::<Vec<_>>().join(": ");
+        if std::env::var_os(LINES).is_some() && progress.bar.message() != message {
+            eprintln!("{MARK}{message}");
+        }
+        progress.bar.set_message(message);
         let [done, all] = self.units.each_ref().map(|units| units.load(Ordering::Relaxed));
         if all > 0 && progress.bar.length() != Some(1000 * all as u64) {
             progress.bar.set_style(style(true));

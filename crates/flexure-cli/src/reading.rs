@@ -39,6 +39,12 @@ pub struct Reading {
     /// The format of time stamps that are not ISO 8601, for example "%d.%m.%Y %H:%M:%S%.f".
     #[arg(long, value_name = "FORMAT")]
     time_format: Option<String>,
+    /// Of a ROS 2 bag: the topic; it need not be given where only one has numbers, or the joint. Of an HDF5 file: the group.
+    #[arg(long, value_name = "NAME")]
+    topic: Option<String>,
+    /// Of a ROS 2 bag: the joint, whose columns then are position, velocity and effort.
+    #[arg(long, value_name = "NAME")]
+    pub joint: Option<String>,
     /// The most memory that the record may take, for example 8GiB; by default 4GiB, or half of the free memory where that is less.
     #[arg(long, value_name = "SIZE", value_parser = arguments::memory)]
     memory: Option<u64>,
@@ -84,6 +90,8 @@ impl Reading {
             header: self.header.map(|answer| answer == Answer::Yes),
             skip: self.skip_lines,
             time_format: self.time_format.clone(),
+            topic: self.topic.clone(),
+            joint: self.joint.clone(),
             memory: self.memory,
         };
         let file = spinning("reading", || options.read(path))?;
@@ -121,6 +129,8 @@ impl Reading {
             ("--skip-lines", skip),
             ("--time", self.time.clone()),
             ("--time-format", self.time_format.clone()),
+            ("--topic", self.topic.clone()),
+            ("--joint", self.joint.clone()),
         ];
         let given = all
             .into_iter()

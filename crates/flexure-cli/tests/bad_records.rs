@@ -45,7 +45,7 @@ fn files_that_are_no_records() {
         (
             "empty.csv",
             "",
-            "empty.csv is empty; a record is a CSV file with a header, whitespace-separated columns, Parquet or MAT v5",
+            "empty.csv is empty; a record is a CSV file with a header, whitespace-separated columns, Parquet, MAT, HDF5 or a ROS 2 bag",
         ),
         ("header.csv", "u,y\n", "header.csv has the columns u, y but no samples"),
         (

@@ -11,43 +11,73 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use crate::error::{Error, Result};
 use crate::program::Program;
-use crate::text::text;
+use crate::text::{rendered, text};
 use crate::{Described, Fmi};
 
 /// Names that the description uses itself.
 const OWN: [&str; 2] = ["sample_time", "time"];
 
+/// What an archive is made of.
+pub struct Content {
+    /// The C source and its header.
+    pub source: String,
+    pub header: String,
+    /// The names of the inputs and of the outputs, with their units where they are known.
+    pub inputs: Vec<(String, Option<&'static str>)>,
+    pub outputs: Vec<(String, Option<&'static str>)>,
+    /// The seconds of a sample.
+    pub sample_time: Option<f64>,
+    /// Whether the outputs are the state itself.
+    pub is_arm: bool,
+}
+
+/// The archive of a model.
+pub fn of_model(program: &Program<'_>, described: &Described<'_>, fmi: Fmi, compile: bool) -> Result<Vec<u8>> {
+    let header = format!("{}.h", described.name);
+    let mut names: Vec<_> = variables(described.model)
+        .into_iter()
+        .map(|name| (name, None))
+        .collect();
+    let output = names.pop();
+    let content = Content {
+        source: text("c", program, described, context! { header })?,
+        header: text("h", program, described, Value::UNDEFINED)?,
+        inputs: names,
+        outputs: output.into_iter().collect(),
+        sample_time: described.model.sample_time,
+        is_arm: false,
+    };
+    archive(content, described.name, &described.about, fmi, compile)
+}
+
 /// The archive.
-pub fn archive(program: &Program<'_>, described: &Described<'_>, fmi: Fmi, compile: bool) -> Result<Vec<u8>> {
-    let name = described.name;
-    let header = format!("{name}.h");
-    let source = text("c", program, described, context! { header => &header })?;
-    let mut variables = variables(described.model);
-    let result = variables.pop();
-    let token = token(&source, &variables.join("\n"));
-    let more = context! { variables, result, token, flexure => ModelFile::CURRENT };
+pub fn archive(content: Content, name: &str, about: &[String], fmi: Fmi, compile: bool) -> Result<Vec<u8>> {
+    let names: Vec<&str> = content.inputs.iter().map(|(name, _)| name.as_str()).collect();
+    let variable = |(name, unit): &(String, Option<&'static str>)| context! { name, unit };
+    let described = context! {
+        name,
+        about => about.to_vec(),
+        sample_time => content.sample_time.map(|h| format!("{h:?}")),
+        inputs => content.inputs.len(),
+        variables => content.inputs.iter().map(variable).collect::<Vec<_>>(),
+        results => content.outputs.iter().map(variable).collect::<Vec<_>>(),
+        is_arm => content.is_arm,
+        token => token(&content.source, &names.join("\n")),
+        flexure => ModelFile::CURRENT,
+    };
+    let text = |template: &str| Ok::<_, Error>(rendered(template, described.clone())?.into_bytes());
     let (description, interface) = match fmi {
         Fmi::Two => ("fmi2.xml", "fmi2.c"),
         Fmi::Three => ("fmi3.xml", "fmi3.c"),
     };
     let mut files = vec![
-        (
-            "modelDescription.xml".to_owned(),
-            text(description, program, described, more.clone())?.into_bytes(),
-        ),
-        (format!("sources/{name}.c"), source.into_bytes()),
-        (
-            format!("sources/{header}"),
-            text("h", program, described, Value::UNDEFINED)?.into_bytes(),
-        ),
-        (
-            "sources/fmi.c".to_owned(),
-            text(interface, program, described, more)?.into_bytes(),
-        ),
+        ("modelDescription.xml".to_owned(), text(description)?),
+        (format!("sources/{name}.c"), content.source.into_bytes()),
+        (format!("sources/{name}.h"), content.header.into_bytes()),
+        ("sources/fmi.c".to_owned(), text(interface)?),
     ];
     if fmi == Fmi::Three {
-        let build = text("build.xml", program, described, Value::UNDEFINED)?;
-        files.push(("sources/buildDescription.xml".to_owned(), build.into_bytes()));
+        files.push(("sources/buildDescription.xml".to_owned(), text("build.xml")?));
     }
     if compile {
         files.push(library(name, fmi, &files)?);

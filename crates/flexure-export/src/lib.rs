@@ -12,6 +12,7 @@
 //! | [`Format::Python`] | a module without dependencies |
 //! | [`Format::Matlab`] | a function file, for Octave too |
 
+mod arm;
 mod error;
 mod fmu;
 mod name;
@@ -25,6 +26,7 @@ use std::path::{Path, PathBuf};
 use flexure_io::ModelFile;
 use minijinja::{Value, context};
 
+pub use arm::export_arm;
 pub use error::{Error, Result};
 
 use program::Program;
@@ -118,13 +120,7 @@ pub fn export(model: &ModelFile, out: &Path, options: Options<'_>) -> Result<Vec
     let plain = |more: Value| text::text(extension, &program, &described, more).map(String::into_bytes);
     Ok(match options.format {
         Format::C => {
-            let header = path.with_extension("h");
-            let file = header.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            if !file.chars().all(|c| c.is_ascii_alphanumeric() || "_-.".contains(c)) {
-                let problem =
-                    "the name of a C file may have only letters from a to z, digits, '_', '-' and '.'".to_owned();
-                return Err(Error::Path { path, problem });
-            }
+            let (header, file) = header_name(&path)?;
             let declarations = text::text("h", &program, &described, Value::UNDEFINED)?.into_bytes();
             let source = single(plain(context! { header => file })?);
             vec![
@@ -137,13 +133,26 @@ pub fn export(model: &ModelFile, out: &Path, options: Options<'_>) -> Result<Vec
         }
         Format::Python | Format::Matlab => vec![single(plain(Value::UNDEFINED)?)],
         Format::Onnx => vec![single(onnx::graph(&program, &described))],
-        Format::Fmu => vec![single(fmu::archive(
+        Format::Fmu => vec![single(fmu::of_model(
             &program,
             &described,
             options.fmi,
             options.compile,
         )?)],
     })
+}
+
+/// The header beside a C file, and how that includes it.
+fn header_name(path: &Path) -> Result<(PathBuf, String)> {
+    let header = path.with_extension("h");
+    let file = header.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    match file.chars().all(|c| c.is_ascii_alphanumeric() || "_-.".contains(c)) {
+        true => Ok((header, file)),
+        false => Err(Error::Path {
+            path: path.to_owned(),
+            problem: "the name of a C file may have only letters from a to z, digits, '_', '-' and '.'".to_owned(),
+        }),
+    }
 }
 
 /// The file, and the exported model's name.

@@ -8,8 +8,10 @@ use crate::program::Program;
 use crate::{Described, view};
 
 /// The templates by their names.
-const TEMPLATES: [(&str, &str); 10] = [
+const TEMPLATES: [(&str, &str); 12] = [
     ("c", include_str!("templates/model.c")),
+    ("arm.c", include_str!("templates/arm.c")),
+    ("arm.h", include_str!("templates/arm.h")),
     ("h", include_str!("templates/model.h")),
     ("py", include_str!("templates/model.py")),
     ("m", include_str!("templates/model.m")),
@@ -23,6 +25,19 @@ const TEMPLATES: [(&str, &str); 10] = [
 
 /// The text that a template makes of a model.
 pub fn text(template: &str, program: &Program<'_>, described: &Described<'_>, more: Value) -> Result<String> {
+    let own = context! {
+        name => described.name,
+        about => &described.about,
+        sample_time => described.model.sample_time.map(|h| format!("{h:?}")),
+        inputs => program.inputs,
+        output => program.output,
+        steps => view::steps(program),
+    };
+    rendered(template, context! { ..more, ..own })
+}
+
+/// The text that a template makes of these values.
+pub fn rendered(template: &str, values: Value) -> Result<String> {
     let mut environment = Environment::new();
     let syntax = SyntaxConfig::builder()
         .trim_blocks(true)
@@ -33,13 +48,5 @@ pub fn text(template: &str, program: &Program<'_>, described: &Described<'_>, mo
     for (name, source) in TEMPLATES {
         environment.add_template(name, source)?;
     }
-    let own = context! {
-        name => described.name,
-        about => &described.about,
-        sample_time => described.model.sample_time.map(|h| format!("{h:?}")),
-        inputs => program.inputs,
-        output => program.output,
-        steps => view::steps(program),
-    };
-    Ok(environment.get_template(template)?.render(context! { ..more, ..own })?)
+    Ok(environment.get_template(template)?.render(values)?)
 }

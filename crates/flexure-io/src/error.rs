@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 
 use flexure::error::DataError;
 
+use crate::topic::Topic;
+
 /// The result of every fallible function of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
@@ -60,7 +62,7 @@ pub enum Error {
         remedy: &'static str,
     },
     /// The file has no content.
-    #[error("{} is empty; a record is a CSV file with a header, whitespace-separated columns, Parquet or MAT v5", .path.display())]
+    #[error("{} is empty; a record is a CSV file with a header, whitespace-separated columns, Parquet, MAT, HDF5 or a ROS 2 bag", .path.display())]
     Empty {
         /// The file.
         path: PathBuf,
@@ -100,6 +102,24 @@ pub enum Error {
         format: &'static str,
         /// What is wrong and what to do.
         detail: String,
+    },
+    /// What is to be read of a bag is unclear, or not there.
+    #[error("{}: {problem}; the topics are: {}", .path.display(), topic_list(topics))]
+    Topics {
+        /// The file.
+        path: PathBuf,
+        /// What is unclear and what to do.
+        problem: String,
+        /// Whether several topics could be read, and nothing else is wrong.
+        choose: bool,
+        /// All topics of the bag.
+        topics: Vec<Topic>,
+    },
+    /// A topic or joint was chosen of a file that is no bag.
+    #[error("{} is no ROS 2 bag; leave out --topic and --joint", .path.display())]
+    NoBag {
+        /// The file.
+        path: PathBuf,
     },
     /// A column exists in the file, but cannot serve as a signal.
     #[error("{}: '{name}' cannot serve as a signal: it is {what}", .path.display())]
@@ -300,6 +320,14 @@ impl Error {
             line: None,
             cause: Box::new(cause),
         }
+    }
+}
+
+/// The topics of a bag, one behind the other.
+fn topic_list(topics: &[Topic]) -> String {
+    match topics {
+        [] => "none".to_owned(),
+        topics => topics.iter().map(Topic::to_string).collect::<Vec<_>>().join("; "),
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! | to | call |
 //! |---|---|
-//! | read a record (CSV, whitespace-separated columns, Parquet, MAT v5) | [`read_record`] |
+//! | read a record (CSV, whitespace-separated columns, Parquet, MAT, HDF5, ROS 2 bags) | [`read_record`] |
 //! | write a record (CSV, Parquet) | [`write_record`], [`write_record_with_units`] |
 //! | read, write or run an arm | [`arm`] |
 //! | read a text file, such as an arm's | [`read_text`] |
@@ -21,6 +21,8 @@ pub mod record_file;
 pub mod urdf;
 
 mod atomic;
+mod bag;
+mod hdf5;
 mod mat;
 mod memory;
 mod parquet_file;
@@ -29,6 +31,7 @@ mod table;
 mod temporary;
 mod text;
 mod time;
+mod topic;
 mod units;
 mod write;
 
@@ -42,4 +45,5 @@ pub use table::{Row, write_table};
 pub use temporary::remove_temporaries;
 pub use text::read_text;
 pub use time::{Instants, TimeColumn};
+pub use topic::Topic;
 pub use write::{check_record_writable, write_record, write_record_with_units};

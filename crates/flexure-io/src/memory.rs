@@ -51,6 +51,11 @@ impl<'a> Budget<'a> {
         }
     }
 
+    /// What is left, bytes.
+    pub(crate) fn left(&self) -> u64 {
+        self.left.get()
+    }
+
     /// Gives back what was taken for something that is gone.
     pub(crate) fn give_back(&self, bytes: u64) {
         self.left.set(self.left.get().saturating_add(bytes).min(self.limit));

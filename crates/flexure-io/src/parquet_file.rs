@@ -45,7 +45,7 @@ thread_local! {
 /// Catches a panic of `work` without the panic hook's message: the caller reports it as an error.
 ///
 /// The first call puts a filter before the process's panic hook; panics elsewhere pass through it.
-fn quietly<T>(work: impl FnOnce() -> T + panic::UnwindSafe) -> thread::Result<T> {
+pub(crate) fn quietly<T>(work: impl FnOnce() -> T + panic::UnwindSafe) -> thread::Result<T> {
     static FILTER: Once = Once::new();
     FILTER.call_once(|| {
         let previous = panic::take_hook();

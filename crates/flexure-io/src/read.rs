@@ -1,7 +1,7 @@
 //! Reads a record in any of the formats.
 
 use std::fs::File;
-use std::io::{self, Cursor, Read, Seek};
+use std::io::{self, BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
 use bytes::Bytes;
@@ -11,13 +11,10 @@ use crate::error::{Error, Result};
 use crate::memory::Budget;
 use crate::options::ReadOptions;
 use crate::record_file::RecordFile;
-use crate::{mat, parquet_file, text};
+use crate::{bag, hdf5, mat, parquet_file, text};
 
 /// The longest beginning of a file that shows its format: HDF5's signature may stand at byte 512.
 const SIGNATURE_LENGTH: u64 = 520;
-
-/// The first eight bytes of an HDF5 file.
-const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
 
 /// Reads a record as [`ReadOptions::read`] does, with nothing given.
 ///
@@ -31,7 +28,8 @@ pub fn read_record(path: impl AsRef<Path>) -> Result<RecordFile> {
 const STANDARD_INPUT: &str = "standard input";
 
 impl ReadOptions {
-    /// Reads a record: text with or without a header, Parquet or MAT v5; from standard input if `path` is `-`. A pipe will do.
+    /// Reads a record: text with or without a header, Parquet, MAT, HDF5 or a topic of a ROS 2 bag; from standard input if `path` is `-`.
+    /// A pipe will do, and so will a file that Zstandard packed.
     ///
     /// The format comes from the first bytes of the file; where these decide nothing, `.parquet` and `.mat`
     /// are taken at their word, and everything else is text. Text is read as programs and instruments write it:
@@ -63,9 +61,48 @@ impl ReadOptions {
             false => (path, Source::open(path).map_err(|cause| Error::read(path, cause))?),
         };
         let budget = Budget::new(path, self.memory);
-        let (start, source) = source.begun().map_err(|cause| Error::read(path, cause))?;
+        let unpacked = |(start, source): (Vec<u8>, Source)| match start.starts_with(bag::ZSTD) {
+            true => Source::Stream(Box::new(zstd::Decoder::new(source.stream())?)).begun(),
+            false => Ok((start, source)),
+        };
+        let (start, source) = source
+            .begun()
+            .and_then(unpacked)
+            .map_err(|cause| Error::read(path, cause))?;
         if start.is_empty() {
             return Err(Error::Empty { path: path.to_owned() });
+        }
+        if start.starts_with(bag::MCAP) {
+            return match source {
+                Source::File(file) => bag::read_mcap(&budget, path, self, || {
+                    let mut file = file.try_clone().map_err(|cause| Error::read(path, cause))?;
+                    file.rewind().map_err(|cause| Error::read(path, cause))?;
+                    Ok(BufReader::with_capacity(1 << 16, Reported::new(file)))
+                }),
+                Source::Stream(stream) => {
+                    let bytes = budget.all(stream)?;
+                    bag::read_mcap(&budget, path, self, || Ok(bytes.as_slice()))
+                }
+            };
+        }
+        if start.starts_with(bag::DB3) {
+            let stream = match source {
+                Source::File(_) => None,
+                Source::Stream(stream) => Some(stream),
+            };
+            return bag::read_db3(&budget, path, self, stream);
+        }
+        let is_hdf5 = start.starts_with(hdf5::SIGNATURE)
+            || start.get(512..).is_some_and(|rest| rest.starts_with(hdf5::SIGNATURE));
+        if self.joint.is_some() || (self.topic.is_some() && !is_hdf5) {
+            return Err(Error::NoBag { path: path.to_owned() });
+        }
+        if is_hdf5 {
+            let source = match source {
+                Source::File(file) => hdf5::Source::File(file),
+                Source::Stream(stream) => hdf5::Source::Bytes(budget.all(stream)?),
+            };
+            return hdf5::read(&budget, path, source, self.topic.as_deref());
         }
         let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
         let extension = extension.as_deref().unwrap_or("");
@@ -75,17 +112,7 @@ impl ReadOptions {
                 Source::Stream(stream) => parquet_file::read(&budget, path, Bytes::from(budget.all(stream)?)),
             };
         }
-        if start.starts_with(HDF5) || start.get(512..).is_some_and(|rest| rest.starts_with(HDF5)) {
-            return Err(Error::Content {
-                path: path.to_owned(),
-                format: "MAT v5",
-                detail: "it is an HDF5 file, such as MATLAB writes with -v7.3; save it with -v7".to_owned(),
-            });
-        }
-        let stream: Box<dyn Read> = match source {
-            Source::File(file) => Box::new(Reported::new(file)),
-            Source::Stream(stream) => stream,
-        };
+        let stream = source.stream();
         if start.starts_with(b"MATLAB 5.0 MAT-file") || extension == "mat" {
             return mat::read(&budget, path, stream);
         }
@@ -132,6 +159,14 @@ impl Source {
             (true, _) => Err(io::ErrorKind::IsADirectory.into()),
             (_, true) => Ok(Source::File(file)),
             _ => Ok(Source::Stream(Box::new(file))),
+        }
+    }
+
+    /// Everything from here on.
+    fn stream(self) -> Box<dyn Read> {
+        match self {
+            Source::File(file) => Box::new(Reported::new(file)),
+            Source::Stream(stream) => stream,
         }
     }
 

@@ -91,7 +91,7 @@ fn mat_files_without_a_record_say_what_they_hold() {
         (
             "new.mat",
             hdf5,
-            "new.mat cannot be read as MAT v5: it is an HDF5 file, such as MATLAB writes with -v7.3; save it with -v7",
+            "new.mat cannot be read as HDF5: unsupported superblock version 32; save it again, uncompressed or with deflate",
         ),
         (
             "old.mat",

@@ -169,7 +169,7 @@ fn a_bad_field_is_quoted_in_part() {
 
 #[test]
 fn files_without_content_and_files_that_cannot_be_opened() {
-    let empty = "a.csv is empty; a record is a CSV file with a header, whitespace-separated columns, Parquet or MAT v5";
+    let empty = "a.csv is empty; a record is a CSV file with a header, whitespace-separated columns, Parquet, MAT, HDF5 or a ROS 2 bag";
     assert_eq!(error("empty", "a.csv", ""), empty);
     assert_eq!(error("empty", "a.csv", "# nothing\n\n"), empty);
     let dir = directory("open");

@@ -25,6 +25,9 @@ mod study;
 mod text;
 mod typeset;
 
+/// The style of all pages, for one that is no report.
+pub const STYLE: &str = include_str!("../assets/page.css");
+
 pub use error::{Error, Result};
 pub use render::{
     render, render_comparison, render_control, render_joint, render_look, render_regression, render_study,

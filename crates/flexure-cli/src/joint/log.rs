@@ -73,14 +73,14 @@ impl Columns {
     /// # Errors
     /// Wrong usage for two columns of one kind and one of another.
     pub fn new(file: &RecordFile, arguments: &Arguments) -> Result<Columns, Usage> {
-        let link = arguments.position.as_ref().or(arguments.link.as_ref());
+        let link = arguments.position().or(arguments.link.as_deref());
         let names = [
             ("motor", arguments.motor.as_deref().unwrap_or_default()),
-            ("link", link.map_or("", String::as_str)),
-            ("torque", arguments.torque.as_str()),
+            ("link", link.unwrap_or_default()),
+            ("torque", arguments.torque()),
         ];
         let split = names.map(|(_, text)| pair(file, text));
-        let paired = |i: usize| split[i].is_some() && !(names[i].0 == "link" && arguments.position.is_some());
+        let paired = |i: usize| split[i].is_some() && !(names[i].0 == "link" && arguments.position().is_some());
         let [motor, position, torque] = match [0, 1, 2].map(paired) {
             [true, true, true] => split.map(Option::unwrap_or_default),
             [false, false, false] => names.map(|(_, text)| vec![text.to_owned()]),

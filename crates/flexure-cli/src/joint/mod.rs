@@ -28,23 +28,26 @@ use log::{Columns, Number};
 /// files, with -1 and -2 before their extension. Velocities and accelerations need not be logged.
 ///
 /// The curves of friction and stiffness are estimated without a form, with confidence bands. Then forms with physical parameters are fitted.
-/// Each parameter has a standard error, or the range that the data support. A record is CSV, columns between spaces, Parquet, or MAT v5.
+/// Each parameter has a standard error, or the range that the data support. A record is CSV, columns between spaces, Parquet, MAT, HDF5,
+/// or a topic of a ROS 2 bag.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     flexure joint axis.csv --position q --torque tau --friction friction.csv --report report.html\n  \
     flexure joint axis.mat --position qm --torque vir --torque-constant gtau --prismatic \\\n    \
       --reference qg --kp kp --kv kv --json\n  \
+    flexure joint bag.mcap --joint elbow --report elbow.html\n  \
     flexure joint arm.csv --motor qm1 --link q1 --torque tau1 --arm arm.toml --stiffness k.csv\n  \
     flexure joint arm.csv --motor qm1,qm2 --link q1,q2 --torque tau1,tau2 --arm arm.toml --report arm.html\n  \
     flexure simulate arm.toml -o again.csv")]
 pub struct Arguments {
     /// The record.
     record: PathBuf,
-    /// The column of the torque (or force, current, voltage: see --torque-constant), or of those of both joints: tau1,tau2.
-    #[arg(long, value_name = "COLUMN")]
-    torque: String,
-    /// The column of a rigid axis's position.
-    #[arg(long, value_name = "COLUMN", conflicts_with_all = ["motor", "link"], required_unless_present_all = ["motor", "link"])]
+    /// The column of the torque (or force, current, voltage: see --torque-constant), or of those of both joints: tau1,tau2. Of a
+    /// bag's joint it is the effort where nothing else is said.
+    #[arg(long, value_name = "COLUMN", required_unless_present = "joint")]
+    torque: Option<String>,
+    /// The column of a rigid axis's position; of a bag's joint it need not be named.
+    #[arg(long, value_name = "COLUMN", conflicts_with_all = ["motor", "link"], required_unless_present_any = ["motor", "joint"])]
     position: Option<String>,
     /// The column of a flexible joint's motor angle, or of those of both joints: qm1,qm2.
     #[arg(long, value_name = "COLUMN", requires = "link")]
@@ -104,7 +107,7 @@ pub struct Arguments {
     arm: Option<PathBuf>,
     /// With --arm, which joint of the arm the log is of: 1, the shoulder, or 2, the elbow.
     #[arg(long, value_name = "1|2", default_value = "1", value_parser = clap::value_parser!(u8).range(1..=2))]
-    joint: u8,
+    arm_joint: u8,
     /// With --arm, take the links from this arm file. The moving link's moment of inertia becomes what was identified. For a
     /// two-link arm the lengths, the centres of mass and the mass of link 1 are taken.
     #[arg(long, value_name = "ARM.toml", requires = "arm", conflicts_with = "position")]
@@ -243,6 +246,17 @@ impl Arguments {
         Ok(())
     }
 
+    /// The column of the torque: of a bag's joint the effort, if nothing else is said.
+    fn torque(&self) -> &str {
+        self.torque.as_deref().unwrap_or("effort")
+    }
+
+    /// The column of a rigid axis's position.
+    fn position(&self) -> Option<&str> {
+        let of_joint = self.motor.is_none().then_some("position");
+        self.position.as_deref().or(of_joint)
+    }
+
     /// The files of curves.
     fn curve_files(&self) -> impl Iterator<Item = &PathBuf> {
         let files = [&self.friction, &self.motor_friction, &self.stiffness];
@@ -312,7 +326,7 @@ impl Arguments {
 
     /// What the arm file says that the log does not show; driven by the record where an arm file can name it.
     fn place(&self, columns: &Columns, file: &RecordFile) -> Result<Place> {
-        let joint = usize::from(self.joint) - 1;
+        let joint = usize::from(self.arm_joint) - 1;
         let template = self.template.as_ref().map(|path| read_arm(path)).transpose()?;
         let folder = |path: &Path| path.parent().map(Path::to_owned).unwrap_or_default();
         let beside = (self.arm.as_ref()).is_some_and(|arm| folder(arm) == folder(&self.record));

@@ -22,10 +22,10 @@ impl Arguments {
             python::names(&names)
         };
         let columns = [&self.position, &self.motor, &self.link, &self.velocity, &self.reference];
-        let columns = columns.into_iter().flatten().chain([&self.torque]);
+        let columns = columns.into_iter().flatten().map(String::as_str).chain([self.torque()]);
         let columns = columns.flat_map(|text| match joints {
             2 => text.split(',').collect(),
-            _ => vec![text.as_str()],
+            _ => vec![text],
         });
         let reading = python::reading(file, &columns.collect::<Vec<_>>())?;
         let number = |number: &Number| match number {
@@ -36,7 +36,7 @@ impl Arguments {
         let constant = number(&self.torque_constant)?;
         let of = |column: &Option<String>| column.as_deref().map(named);
         let call = Call::new("flexure.identify_joint")
-            .by_place(named(&self.torque))
+            .by_place(named(self.torque()))
             .with("position", of(&self.position))
             .with("motor", of(&self.motor))
             .with("link", of(&self.link))

@@ -21,7 +21,8 @@ use crate::reading::Reading;
 ///
 /// The tuning parameter is chosen from the data unless it is given. The result has the columns of x by their names, then y
 /// (the estimate), lower and upper (the band; NaN where there is none). A record is CSV with a header, whitespace-separated
-/// columns without one (named c0, c1, ...), Parquet, or MAT v5.
+/// columns without one (named c0, c1, ...), Parquet, MAT, HDF5, or a topic of a
+/// ROS 2 bag.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  flexure regress record.csv --x u --y y -o curve.csv --report report.html")]
 pub struct Arguments {

@@ -9,15 +9,18 @@
 #include <string.h>
 
 #define INPUTS {{ inputs }}
+#define OUTPUTS {{ results | length }}
 #define SAMPLE_TIME {{ sample_time or "1.0" }}
 
 typedef enum { OK, WARNING, DISCARD, ERROR, FATAL } Status;
 
 typedef struct {
     {{ name }}_state state;
+{% if not is_arm %}
     {{ name }}_state ahead; /* for the output before the first step */
+{% endif %}
     double u[INPUTS];
-    double y;
+    double y[OUTPUTS];
     int stepped;
 } Instance;
 
@@ -52,10 +55,14 @@ static Instance *created(void)
     return instance;
 }
 
-/* The state after this one, and the output, for the present inputs. */
-static double stepped({{ name }}_state *state, const double *u)
+/* The state after this one, and the outputs, for the present inputs. */
+static void stepped({{ name }}_state *state, const double *u, double *y)
 {
-    return {{ name }}_step(state, {{ "u[0]" if inputs == 1 else "u" }});
+{% if is_arm %}
+    {{ name }}_step(state, u, y);
+{% else %}
+    y[0] = {{ name }}_step(state, {{ "u[0]" if inputs == 1 else "u" }});
+{% endif %}
 }
 
 static Status get(Instance *instance, const unsigned int *references, size_t n, double *values)
@@ -65,13 +72,17 @@ static Status get(Instance *instance, const unsigned int *references, size_t n, 
         const unsigned int reference = references[i];
         if (reference < INPUTS) {
             values[i] = instance->u[reference];
-        } else if (reference == INPUTS) {
+        } else if (reference < INPUTS + OUTPUTS) {
+{% if is_arm %}
+            values[i] = instance->state.x[reference - INPUTS];
+{% else %}
             if (instance->stepped == 0) {
                 instance->ahead = instance->state;
-                instance->y = stepped(&instance->ahead, instance->u);
+                stepped(&instance->ahead, instance->u, instance->y);
             }
-            values[i] = instance->y;
-        } else if (reference == INPUTS + 1U) {
+            values[i] = instance->y[reference - INPUTS];
+{% endif %}
+        } else if (reference == INPUTS + OUTPUTS) {
             values[i] = SAMPLE_TIME;
         } else {
             return ERROR;
@@ -101,7 +112,7 @@ static Status advance(Instance *instance, double duration)
         return ERROR;
     }
     for (k = 0.0; k < samples; k += 1.0) {
-        instance->y = stepped(&instance->state, instance->u);
+        stepped(&instance->state, instance->u, instance->y);
     }
     instance->stepped = 1;
     return OK;

@@ -1,0 +1,290 @@
+//! Commands as child processes: what was asked for, how far it is, what it said.
+
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use super::project::Project;
+use crate::progress::{LINES, MARK};
+
+/// The commands that can be asked for.
+const COMMANDS: [&str; 8] = [
+    "look", "prepare", "identify", "compare", "report", "export", "joint", "regress",
+];
+/// Their options that name no file.
+const OPTIONS: [&str; 31] = [
+    "input",
+    "output",
+    "structure",
+    "method",
+    "order",
+    "delay",
+    "fresh",
+    "sample-time",
+    "time",
+    "topic",
+    "joint",
+    "separator",
+    "decimal",
+    "header",
+    "skip-lines",
+    "time-format",
+    "keep",
+    "cut",
+    "resample",
+    "low-pass",
+    "fill",
+    "outliers",
+    "detrend",
+    "remove-mean",
+    "to",
+    "name",
+    "fmi",
+    "x",
+    "y",
+    "position",
+    "torque",
+];
+/// Their options that name a file to write.
+const OUTPUTS: [&str; 3] = ["out", "model", "report"];
+/// The most commands at once.
+const MOST_RUNNING: usize = 4;
+/// The most that is kept of what a command says, bytes.
+const LONGEST: u64 = 8 << 20;
+/// The most commands that are remembered.
+const MOST_KEPT: usize = 200;
+
+/// What the page asks for.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Request {
+    command: String,
+    files: Vec<String>,
+    #[serde(default)]
+    options: BTreeMap<String, String>,
+    #[serde(default)]
+    outputs: BTreeMap<String, String>,
+    #[serde(default)]
+    json: bool,
+}
+
+/// A command that runs or ran.
+struct Job {
+    title: String,
+    child: Child,
+    started: Instant,
+    seconds: f64,
+    /// Its exit code, once it has ended; none where it was cancelled.
+    ended: Option<Option<i32>>,
+    cancelled: bool,
+    outputs: BTreeMap<String, String>,
+    said: Arc<Mutex<Said>>,
+}
+
+/// What a command says.
+#[derive(Default)]
+struct Said {
+    result: String,
+    progress: String,
+    messages: String,
+    open: usize,
+}
+
+/// All commands.
+#[derive(Default)]
+pub struct Jobs(Mutex<(u64, BTreeMap<u64, Job>)>);
+
+impl Jobs {
+    fn all(&self) -> MutexGuard<'_, (u64, BTreeMap<u64, Job>)> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Begins a command; returns its number.
+    ///
+    /// # Errors
+    /// What is wrong with the request.
+    pub fn begin(&self, project: &Project, request: &Request) -> Result<u64, String> {
+        let mut all = self.all();
+        let (last, jobs) = &mut *all;
+        for job in jobs.values_mut() {
+            job.look(project);
+        }
+        if jobs.values().filter(|job| job.ended.is_none()).count() >= MOST_RUNNING {
+            return Err(format!(
+                "{MOST_RUNNING} commands are running; wait for one, or cancel one"
+            ));
+        }
+        let outputs = promise(project, &request.outputs)?;
+        let begun = arguments(project, request, &outputs).and_then(|arguments| start(project, &arguments));
+        let (child, said) = begun.inspect_err(|_| project.release(outputs.values()))?;
+        *last += 1;
+        let job = Job {
+            title: format!("{} {}", request.command, request.files.join(" ")),
+            child,
+            started: Instant::now(),
+            seconds: 0.0,
+            ended: None,
+            cancelled: false,
+            outputs,
+            said,
+        };
+        jobs.insert(*last, job);
+        while jobs.len() > MOST_KEPT {
+            let ended = jobs
+                .iter()
+                .find(|(_, job)| job.ended.is_some())
+                .map(|(number, _)| *number);
+            let Some(oldest) = ended else { break };
+            jobs.remove(&oldest);
+        }
+        Ok(*last)
+    }
+
+    /// How a command is.
+    pub fn state(&self, project: &Project, number: u64) -> Option<Value> {
+        let mut all = self.all();
+        let job = all.1.get_mut(&number)?;
+        job.look(project);
+        let said = job.said.lock().unwrap_or_else(PoisonError::into_inner);
+        let state = match (job.ended, job.cancelled) {
+            // The last of what it says may still be on its way.
+            (None, _) => "running",
+            (Some(_), _) if said.open > 0 => "running",
+            (_, true) => "cancelled",
+            (Some(Some(0)), _) => "done",
+            _ => "failed",
+        };
+        Some(json!({
+            "title": job.title,
+            "state": state,
+            "seconds": job.seconds,
+            "progress": said.progress,
+            "result": said.result,
+            "messages": said.messages,
+            "outputs": if state == "done" { json!(job.outputs) } else { json!({}) },
+        }))
+    }
+
+    /// Ends a command.
+    pub fn cancel(&self, project: &Project, number: u64) -> bool {
+        let mut all = self.all();
+        let Some(job) = all.1.get_mut(&number) else {
+            return false;
+        };
+        job.look(project);
+        if job.ended.is_none() && job.child.kill().is_ok() {
+            job.cancelled = true;
+        }
+        true
+    }
+}
+
+impl Job {
+    /// Notes whether it has ended.
+    fn look(&mut self, project: &Project) {
+        if self.ended.is_some() {
+            return;
+        }
+        self.seconds = self.started.elapsed().as_secs_f64();
+        if let Ok(Some(status)) = self.child.try_wait() {
+            self.ended = Some(status.code());
+            project.release(self.outputs.values());
+        }
+    }
+}
+
+/// Names for the files to write, which are promised.
+fn promise(project: &Project, wanted: &BTreeMap<String, String>) -> Result<BTreeMap<String, String>, String> {
+    let mut outputs = BTreeMap::new();
+    for (option, name) in wanted {
+        let promised = OUTPUTS
+            .contains(&option.as_str())
+            .then(|| project.promise(name))
+            .flatten();
+        let Some(name) = promised else {
+            project.release(outputs.values());
+            return Err(format!(
+                "'{name}' is no name for a file; leave out slashes, colons and leading dots"
+            ));
+        };
+        outputs.insert(option.clone(), name);
+    }
+    Ok(outputs)
+}
+
+/// The arguments of the program. All that is no file of the project stands behind an equals sign, and so cannot be another option.
+fn arguments(project: &Project, request: &Request, outputs: &BTreeMap<String, String>) -> Result<Vec<String>, String> {
+    if !COMMANDS.contains(&request.command.as_str()) {
+        return Err(format!("there is no command '{}'", request.command));
+    }
+    let mut arguments = vec![request.command.clone()];
+    for name in &request.files {
+        match project.open(name) {
+            Some(_) => arguments.push(name.clone()),
+            None => return Err(format!("there is no file '{name}' in the project")),
+        }
+    }
+    for (option, value) in &request.options {
+        match OPTIONS.contains(&option.as_str()) {
+            true => arguments.push(format!("--{option}={value}")),
+            false => return Err(format!("there is no option '{option}'")),
+        }
+    }
+    arguments.extend(outputs.iter().map(|(option, name)| format!("--{option}={name}")));
+    arguments.extend(request.json.then(|| "--json".to_owned()));
+    Ok(arguments)
+}
+
+fn start(project: &Project, arguments: &[String]) -> Result<(Child, Arc<Mutex<Said>>), String> {
+    let program = std::env::current_exe().map_err(|error| error.to_string())?;
+    let mut command = Command::new(program);
+    command
+        .args(arguments)
+        .current_dir(&project.folder)
+        .env(LINES, "1")
+        .env("NO_COLOR", "1");
+    command
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    let mut child = command.spawn().map_err(|error| error.to_string())?;
+    let said = Arc::new(Mutex::new(Said {
+        open: 2,
+        ..Said::default()
+    }));
+    let (out, err) = (child.stdout.take(), child.stderr.take());
+    let theirs = said.clone();
+    std::thread::spawn(move || {
+        let mut text = Vec::new();
+        if let Some(mut out) = out {
+            let _ = (&mut out).take(LONGEST).read_to_end(&mut text);
+            // What is beyond is read, so that the command ends, and forgotten.
+            let _ = std::io::copy(&mut out, &mut std::io::sink());
+        }
+        let mut said = theirs.lock().unwrap_or_else(PoisonError::into_inner);
+        said.result = String::from_utf8_lossy(&text).into_owned();
+        said.open -= 1;
+    });
+    let theirs = said.clone();
+    std::thread::spawn(move || {
+        for line in err
+            .into_iter()
+            .flat_map(|err| BufReader::new(err).lines())
+            .map_while(Result::ok)
+        {
+            let mut said = theirs.lock().unwrap_or_else(PoisonError::into_inner);
+            match line.strip_prefix(MARK) {
+                Some(progress) => said.progress = progress.to_owned(),
+                None if (said.messages.len() as u64) < LONGEST => said.messages.extend([line.as_str(), "\n"]),
+                None => {}
+            }
+        }
+        theirs.lock().unwrap_or_else(PoisonError::into_inner).open -= 1;
+    });
+    Ok((child, said))
+}

@@ -1,0 +1,82 @@
+//! `flexure app`: the commands in a browser.
+//!
+//! A server on this machine alone: it listens on 127.0.0.1, answers only under a path that nobody can guess, and only what its own page
+//! asks for. Every command is this program as a child process, which can be cancelled and takes no other command with it.
+
+mod jobs;
+mod project;
+mod server;
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use anyhow::{Context as _, Result, bail};
+
+use crate::arguments;
+use crate::output::print;
+use project::Project;
+use server::App;
+
+/// The largest file that is taken, bytes, unless given.
+const LARGEST: u64 = 4 << 30;
+
+/// Work in a browser: drop a record, look, prepare, identify, compare, export.
+///
+/// The project is a folder of records, models and pages, as the command line writes and reads them. Everything stays on this machine: only
+/// the page at the printed address can use the app. Ctrl-C ends it.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  flexure app project")]
+pub struct Arguments {
+    /// The project's folder; it is made if it is not there.
+    #[arg(default_value = ".")]
+    folder: PathBuf,
+    /// The port; 0 takes one that is free.
+    #[arg(long, value_name = "PORT", default_value_t = 0)]
+    port: u16,
+    /// The largest file that is taken, for example 8GiB; by default 4GiB.
+    #[arg(long, value_name = "SIZE", value_parser = arguments::memory)]
+    largest_file: Option<u64>,
+    /// Do not open the page in the browser.
+    #[arg(long)]
+    no_open: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let shown = arguments.folder.display();
+    std::fs::create_dir_all(&arguments.folder).with_context(|| shown.to_string())?;
+    let folder = arguments.folder.canonicalize().with_context(|| shown.to_string())?;
+    let server = tiny_http::Server::http(("127.0.0.1", arguments.port));
+    let server = match server {
+        Ok(server) => server,
+        Err(error) => bail!(
+            "cannot listen on port {} of 127.0.0.1: {error}; choose another by --port",
+            arguments.port
+        ),
+    };
+    let Some(address) = server.server_addr().to_ip() else {
+        bail!("the server has no address");
+    };
+    let mut token = [0; 16];
+    if let Err(error) = getrandom::fill(&mut token) {
+        bail!("the system gives no random numbers: {error}");
+    }
+    let token: String = token.iter().map(|byte| format!("{byte:02x}")).collect();
+    let page = format!("http://{address}/{token}/");
+    let app = Arc::new(App {
+        host: address.to_string(),
+        token,
+        project: Project::new(folder, arguments.largest_file.unwrap_or(LARGEST)),
+        jobs: jobs::Jobs::default(),
+    });
+    print(&format!(
+        "{page}\nCtrl-C ends the app. Whoever has this address can use it."
+    ))?;
+    if !arguments.no_open && std::io::stdout().is_terminal() {
+        // The address stands there for who has no browser here.
+        let _ = open::that_detached(&page);
+    }
+    server::serve(&Arc::new(server), &app);
+    Ok(())
+}

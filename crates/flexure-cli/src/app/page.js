@@ -1,0 +1,276 @@
+"use strict";
+
+const find = (id) => document.getElementById(id);
+const dark = matchMedia("(prefers-color-scheme: dark)");
+const theme = () => document.documentElement.classList.toggle("dark", dark.matches);
+dark.addEventListener("change", theme);
+theme();
+
+/** The record or model that is open, its topic, and what the project has. */
+let open = null;
+let project = { files: [] };
+
+const say = (text) => { find("status").textContent = text; };
+const complain = (text) => { find("problem").textContent = text; };
+
+/** An element with its text or children; nothing is ever parsed as HTML. */
+function make(tag, attributes = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if (value !== false) element.setAttribute(name, value === true ? "" : value);
+  }
+  element.append(...children);
+  return element;
+}
+
+async function ask(path, options = {}) {
+  const response = await fetch(path, options);
+  const answer = await response.json().catch(() => ({}));
+  if (!response.ok) throw new Error(answer.problem || `the app answers ${response.status}; is it still running?`);
+  return answer;
+}
+
+const fileAddress = (name) => `files/${encodeURIComponent(name)}`;
+const stem = (name) => name.replace(/\.[^.]*$/, "");
+const size = (bytes) => bytes < 1e3 ? `${bytes} B` : bytes < 1e6 ? `${(bytes / 1e3).toFixed(1)} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
+const number = (value) => value === null || value === undefined ? "" : Number(value).toPrecision(4);
+
+async function refresh() {
+  project = await ask("project");
+  find("folder").textContent = project.folder;
+  fill(find("structure"), project.structures, (s) => [s.name, `${s.name}: ${s.description}`], 1);
+  fill(find("format"), project.formats, (f) => [f.name, `${f.name}: ${f.description}`], 0);
+  const records = project.files.filter((file) => file.kind === "record");
+  fill(find("report-record"), records, (file) => [file.name, file.name], 0);
+  find("file-rows").replaceChildren(...project.files.map(fileRow));
+  const chosen = new Set([...find("models").querySelectorAll(":checked")].map((box) => box.value));
+  const models = project.files.filter((file) => file.kind === "model");
+  find("models").replaceChildren(...models.map(({ name }) =>
+    make("label", {}, make("input", { type: "checkbox", value: name, checked: chosen.has(name) }), ` ${name}`)));
+}
+
+/** Fills a choice with options behind the first `kept`, unless it has them. */
+function fill(select, items, pair, kept) {
+  const wanted = items.map(pair);
+  const values = [...select.options].slice(kept).map((option) => option.value);
+  if (JSON.stringify(values) === JSON.stringify(wanted.map(([value]) => value))) return;
+  while (select.options.length > kept) select.remove(kept);
+  for (const [value, text] of wanted) select.append(make("option", { value }, text));
+}
+
+function fileRow({ name, kind, size: bytes }) {
+  const actions = [];
+  if (kind === "record" || kind === "model") {
+    actions.push(make("button", { type: "button", "aria-label": `Open ${name}`, onclick: () => openFile(name, kind) }, "Open"), " ");
+  }
+  if (kind === "page") {
+    actions.push(make("button", { type: "button", "aria-label": `Show ${name}`, onclick: () => show(name) }, "Show"), " ");
+  }
+  actions.push(make("a", { href: `${fileAddress(name)}?download`, download: name, "aria-label": `Download ${name}` }, "Download"));
+  return make("tr", {}, make("th", { scope: "row" }, name), make("td", {}, kind), make("td", {}, size(bytes)), make("td", {}, ...actions));
+}
+
+/** Sends files one after the other, with their progress. */
+async function send(files) {
+  const bar = find("upload-progress");
+  for (const file of files) {
+    say(`taking ${file.name}`);
+    complain("");
+    bar.hidden = false;
+    try {
+      const kept = await new Promise((done, fail) => {
+        const request = new XMLHttpRequest();
+        request.open("PUT", fileAddress(file.name));
+        request.upload.onprogress = (event) => { bar.value = event.total ? event.loaded / event.total : 0; };
+        request.onload = () => {
+          const answer = JSON.parse(request.responseText || "{}");
+          return request.status === 200 ? done(answer.name) : fail(new Error(answer.problem || `the app answers ${request.status}`));
+        };
+        request.onerror = () => fail(new Error(`${file.name} was not taken; is the app still running?`));
+        request.send(file);
+      });
+      await refresh();
+      say(`${kept} is in the project`);
+      if (project.files.some((own) => own.name === kept && own.kind === "record")) openFile(kept, "record");
+    } catch (error) {
+      complain(error.message);
+    }
+    bar.hidden = true;
+  }
+}
+
+function openFile(name, kind) {
+  open = { name, kind, topic: {} };
+  find("work-title").textContent = `Work on ${name}`;
+  find("work-hint").hidden = true;
+  find("record").hidden = kind !== "record";
+  find("model").hidden = kind !== "model";
+  find("topics").hidden = true;
+  find("columns").hidden = true;
+  if (kind === "model") find("export").elements.name.value = stem(name).replace(/[^A-Za-z0-9_]/g, "_").replace(/^[^A-Za-z]+/, "") || "model";
+  find("work-title").focus();
+  if (kind === "record") look();
+}
+
+async function look() {
+  const own = open;
+  const page = `${stem(own.name)}-look.html`;
+  const job = await run({ command: "look", files: [own.name], options: own.topic, outputs: { report: page }, json: true });
+  if (!job || job.state !== "done" || own !== open) return;
+  const seen = JSON.parse(job.result);
+  if (seen.topics) return showTopics(seen.topics);
+  const next = ((seen.next && seen.next.command) || "").match(/'[^']*'|\S+/g) || [];
+  const named = (option) => {
+    const at = next.indexOf(`--${option}`);
+    return at < 0 ? [] : next[at + 1].replace(/^'|'$/g, "").split(",");
+  };
+  const [inputs, outputs] = [named("input"), named("output")];
+  find("column-rows").replaceChildren(...seen.columns.map((column) => make("tr", {},
+    make("th", { scope: "row" }, column.name),
+    make("td", {}, make("input", { type: "checkbox", name: "input", value: column.name, "aria-label": `${column.name} is an input`, checked: inputs.includes(column.name) })),
+    make("td", {}, make("input", { type: "radio", name: "output", value: column.name, "aria-label": `${column.name} is the output`, checked: outputs.includes(column.name) })),
+    make("td", {}, column.unit || ""), make("td", {}, number(column.least)), make("td", {}, number(column.greatest)), make("td", {}, String(column.missing)),
+  )));
+  find("findings").replaceChildren(...(seen.findings || []).map((text) => make("li", {}, text)));
+  find("columns").hidden = false;
+}
+
+function showTopics(topics) {
+  const readable = topics.filter((topic) => !topic.problem && topic.messages > 0);
+  find("topic").replaceChildren(...readable.map((topic) => make("option", { value: topic.name }, `${topic.name} (${topic.type}, ${topic.messages} messages)`)));
+  const joints = () => {
+    const topic = readable.find((own) => own.name === find("topic").value);
+    fill(find("joint"), (topic && topic.joints) || [], (joint) => [joint, joint], 1);
+  };
+  find("topic").onchange = joints;
+  joints();
+  find("topics").hidden = false;
+  say("choose a topic of the bag");
+}
+
+find("read-topic").addEventListener("click", () => {
+  open.topic = { topic: find("topic").value };
+  if (find("joint").value) open.topic.joint = find("joint").value;
+  look();
+});
+
+/** What the fields of a form say, without those that are empty. */
+function fields(form) {
+  return Object.fromEntries([...new FormData(form)].filter(([, value]) => value !== ""));
+}
+
+function onSubmit(id, act) {
+  find(id).addEventListener("submit", (event) => {
+    event.preventDefault();
+    act(event.target);
+  });
+}
+
+onSubmit("prepare", async (form) => {
+  const options = { ...fields(form), ...open.topic };
+  const job = await run({ command: "prepare", files: [open.name], options, outputs: { out: `${stem(open.name)}-prepared.csv` } });
+  if (job && job.state === "done") openFile(job.outputs.out, "record");
+});
+
+onSubmit("identify", async (form) => {
+  const chosen = (name) => [...document.querySelectorAll(`#column-rows [name=${name}]:checked`)].map((box) => box.value);
+  const options = { ...fields(form), ...open.topic };
+  if (chosen("input").length) options.input = chosen("input").join(",");
+  if (chosen("output").length) options.output = chosen("output")[0];
+  const base = [stem(open.name), options.structure].filter(Boolean).join("-");
+  await run({ command: "identify", files: [open.name], options, outputs: { model: `${base}.json`, report: `${base}.html` } });
+});
+
+onSubmit("compare", async () => {
+  const models = [...find("models").querySelectorAll(":checked")].map((box) => box.value);
+  if (!models.length) return complain("choose one model or more");
+  await run({ command: "compare", files: [...models, open.name], options: open.topic, outputs: { report: `${stem(open.name)}-compared.html` } });
+});
+
+onSubmit("report", async (form) => {
+  const { record } = fields(form);
+  if (!record) return complain("there is no record in the project");
+  await run({ command: "report", files: [open.name, record], outputs: { out: `${stem(open.name)}-on-${stem(record)}.html` } });
+});
+
+onSubmit("export", async (form) => {
+  const options = fields(form);
+  const extension = { c: "c", fmu: "fmu", onnx: "onnx", python: "py", matlab: "m" }[options.to];
+  await run({ command: "export", files: [open.name], options, outputs: { out: `${options.name}.${extension}` } });
+});
+
+/** Runs a command to its end, and shows how far it is. */
+async function run(request) {
+  complain("");
+  let number;
+  try {
+    number = (await ask("jobs", { method: "POST", body: JSON.stringify(request) })).job;
+  } catch (error) {
+    complain(error.message);
+    return null;
+  }
+  find("no-runs").hidden = true;
+  const title = `${request.command} ${request.files.join(" ")}`;
+  const state = make("span", {}, "running");
+  const bar = make("progress", { "aria-label": title });
+  const stop = make("button", { type: "button", "aria-label": `Cancel ${title}`, onclick: () => ask(`jobs/${number}`, { method: "DELETE" }) }, "Cancel");
+  const item = make("li", { "data-job": number }, make("strong", {}, title), ": ", state, " ", bar, " ", stop);
+  find("run-list").prepend(item);
+  say(`${title} is running`);
+  try {
+    for (;;) {
+      const job = await ask(`jobs/${number}`);
+      if (job.state === "running") {
+        state.textContent = `running, ${job.seconds.toFixed(0)} s ${job.progress}`;
+        const share = job.progress.match(/(\d+) %/);
+        if (share) bar.value = Number(share[1]) / 100;
+        await new Promise((wake) => setTimeout(wake, 250));
+        continue;
+      }
+      bar.remove();
+      stop.remove();
+      item.dataset.state = job.state;
+      state.textContent = `${job.state} after ${job.seconds.toFixed(1)} s`;
+      state.className = job.state;
+      say(`${title}: ${job.state}`);
+      if (job.messages) item.append(make("pre", { tabindex: "0" }, job.messages.trim()));
+      if (job.result && !request.json) item.append(make("pre", { tabindex: "0" }, job.result.trim()));
+      for (const name of Object.values(job.outputs)) {
+        item.append(make("a", { href: `${fileAddress(name)}?download`, download: name }, `Download ${name}`), " ");
+        if (name.endsWith(".html") && project.folder) show(name);
+      }
+      if (job.state === "failed") complain(job.messages.trim());
+      await refresh();
+      return job;
+    }
+  } catch (error) {
+    complain(error.message);
+    return null;
+  }
+}
+
+/** Shows a page of the project. */
+function show(name) {
+  find("no-page").hidden = true;
+  find("shown-title").textContent = name;
+  find("page-link").hidden = false;
+  find("page-link").firstChild.href = fileAddress(name);
+  find("frame").replaceChildren(make("iframe", { src: fileAddress(name), title: name, sandbox: "allow-scripts allow-downloads" }));
+}
+
+find("upload").addEventListener("change", (event) => {
+  send([...event.target.files]).then(() => { event.target.value = ""; });
+});
+const drop = find("drop");
+for (const kind of ["dragover", "dragleave", "drop"]) {
+  document.addEventListener(kind, (event) => {
+    event.preventDefault();
+    drop.classList.toggle("over", kind === "dragover");
+    if (kind === "drop") send([...event.dataTransfer.files]);
+  });
+}
+
+refresh().then(() => { document.documentElement.dataset.ready = "true"; }, (error) => complain(error.message));
+// Another tab, or the command line, may have changed the folder.
+addEventListener("focus", () => { refresh().catch((error) => complain(error.message)); });

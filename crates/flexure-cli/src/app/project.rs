@@ -1,0 +1,146 @@
+//! A project: a folder of records, models and pages.
+
+use std::collections::HashSet;
+use std::fs::{self, OpenOptions};
+use std::io::{self, Read};
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+
+use flexure_io::write_atomically;
+use serde_json::{Value, json};
+
+/// The longest name of a file, bytes: what file systems take, with room for a number.
+const LONGEST_NAME: usize = 200;
+/// The most bytes of a file that are looked at to tell what it is.
+const BEGINNING: u64 = 4096;
+
+/// A folder, and the names in it that are promised to commands which still run.
+pub struct Project {
+    pub folder: PathBuf,
+    largest: u64,
+    promised: Mutex<HashSet<String>>,
+}
+
+/// Why a file is not taken.
+pub enum Refusal {
+    Name,
+    Size,
+    Failed(String),
+}
+
+impl Project {
+    pub fn new(folder: PathBuf, largest: u64) -> Self {
+        Project {
+            folder,
+            largest,
+            promised: Mutex::default(),
+        }
+    }
+
+    /// The file of this name; `None` for what is no name of a file in the folder.
+    pub fn path(&self, name: &str) -> Option<PathBuf> {
+        let is_plain = |c: char| !(c.is_control() || "/\\:".contains(c));
+        let good = !name.is_empty()
+            && name.len() <= LONGEST_NAME
+            && !name.starts_with(['.', '-'])
+            && name.chars().all(is_plain);
+        good.then(|| self.folder.join(name))
+    }
+
+    /// The files, by name, each with what it is.
+    pub fn files(&self) -> io::Result<Vec<Value>> {
+        let mut files = Vec::new();
+        for entry in fs::read_dir(&self.folder)?.flatten() {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            let Ok(found) = entry.metadata() else { continue };
+            if found.is_file() && self.path(&name).is_some() {
+                files.push((name, found.len()));
+            }
+        }
+        files.sort();
+        let object = |(name, size): (String, u64)| json!({ "kind": self.kind(&name), "name": name, "size": size });
+        Ok(files.into_iter().map(object).collect())
+    }
+
+    /// What a file is, by its name and, of JSON, its beginning.
+    fn kind(&self, name: &str) -> &'static str {
+        let extension = name
+            .rsplit_once('.')
+            .map_or("", |(_, extension)| extension)
+            .to_ascii_lowercase();
+        match extension.as_str() {
+            "csv" | "txt" | "dat" | "tsv" | "log" | "asc" | "parquet" | "mat" | "h5" | "hdf5" | "mcap" | "db3"
+            | "zst" | "zstd" => "record",
+            "html" => "page",
+            "json" if self.begins_as_model(name) => "model",
+            _ => "file",
+        }
+    }
+
+    fn begins_as_model(&self, name: &str) -> bool {
+        let mut start = Vec::new();
+        let file = fs::File::open(self.folder.join(name));
+        let read = file.and_then(|file| file.take(BEGINNING).read_to_end(&mut start));
+        read.is_ok() && String::from_utf8_lossy(&start).contains("\"flexure-model\"")
+    }
+
+    /// A name like this one that is neither there nor promised, and now is promised.
+    pub fn promise(&self, name: &str) -> Option<String> {
+        self.path(name)?;
+        let mut promised = self.promised.lock().unwrap_or_else(PoisonError::into_inner);
+        let (stem, extension) = match name.rsplit_once('.') {
+            Some((stem, extension)) => (stem, format!(".{extension}")),
+            None => (name, String::new()),
+        };
+        let numbered = (2..).map(|i| format!("{stem}-{i}{extension}"));
+        let free = |name: &String| !promised.contains(name) && self.path(name).is_some_and(|path| !path.exists());
+        let chosen = std::iter::once(name.to_owned())
+            .chain(numbered)
+            .take(10_000)
+            .find(free)?;
+        promised.insert(chosen.clone());
+        Some(chosen)
+    }
+
+    /// Names are no longer promised.
+    pub fn release<'a>(&self, names: impl IntoIterator<Item = &'a String>) {
+        let mut promised = self.promised.lock().unwrap_or_else(PoisonError::into_inner);
+        for name in names {
+            promised.remove(name);
+        }
+    }
+
+    /// Keeps what is uploaded, under the name that it gets.
+    pub fn keep(&self, name: &str, length: Option<u64>, content: &mut dyn Read) -> Result<String, Refusal> {
+        if length.is_some_and(|length| length > self.largest) {
+            return Err(Refusal::Size);
+        }
+        let name = self.promise(name).ok_or(Refusal::Name)?;
+        let path = self.folder.join(&name);
+        let mut kept = 0;
+        let written = write_atomically(&path, |out| {
+            kept = io::copy(&mut content.take(self.largest + 1), out)?;
+            match kept > self.largest || length.is_some_and(|length| length != kept) {
+                true => Err(io::Error::other("the upload ended early, or is too large")),
+                false => Ok(()),
+            }
+        });
+        self.release([&name]);
+        match written {
+            Ok(()) => Ok(name),
+            Err(_) if kept > self.largest => Err(Refusal::Size),
+            Err(error) => Err(Refusal::Failed(error.to_string())),
+        }
+    }
+
+    /// The file of this name, to be read.
+    pub fn open(&self, name: &str) -> Option<fs::File> {
+        let path = self.path(name)?;
+        // No link leads out of the folder.
+        let found = fs::symlink_metadata(&path).ok()?;
+        match found.is_file() {
+            true => OpenOptions::new().read(true).open(path).ok(),
+            false => None,
+        }
+    }
+}

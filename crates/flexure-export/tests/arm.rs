@@ -1,0 +1,96 @@
+//! An arm in C beside the arm that Flexure simulates with its own integrator.
+
+use std::path::Path;
+use std::process::Command;
+
+use flexure_export::{Fmi, Format, Options, export_arm};
+use flexure_io::arm::{ArmFile, run};
+
+const MAIN: &str = r#"
+#include <stdio.h>
+#include "model.h"
+int main(void) {
+    static model_state state;
+    double tau[2], y[8];
+    model_init(&state);
+    while (fread(tau, sizeof tau, 1, stdin) == 1) {
+        model_step(&state, tau, y);
+        fwrite(y, sizeof y, 1, stdout);
+    }
+    return 0;
+}
+"#;
+
+fn arm(model: &str, locked: [bool; 2]) -> ArmFile {
+    let link = "[[arm.link]]\nmass = 1.5\nlength = 1.2\ncom = 0.6\ninertia = 0.3\n";
+    let joint = "[[arm.joint]]\nmotor_inertia = 0.5\nstiffness = 300.0\ncubic = 400.0\nlinear = 300.0\nwindup = 10.0\nwindup_sharpness = 3000.0\n\
+                 damping = 0.4\nfriction = [0.5, 15.0, 5.0, 1.0, 20.0, 0.5]\nmotor_friction = [0.0, 0.0, 0.0, 0.2, 20.0, 0.3]\n";
+    let text = format!(
+        "[arm]\nmodel = \"{model}\"\n{link}{link}{joint}locked = {}\n{joint}locked = {}\n[run]\nduration = 5.0\nsample_time = 0.005\n[excitation]\n\
+         kind = \"multisine\"\nseed = 3\namplitude = 4.0\nf_min = 0.2\nf_max = 3.0\n",
+        locked[0], locked[1]
+    );
+    ArmFile::from_toml_str(&text, "arm").unwrap()
+}
+
+/// Compiles it with every warning an error and every check on, and drives it with the recorded torques.
+fn moved(file: &ArmFile, folder: &Path, torque: [&[f64]; 2]) -> Option<Vec<f64>> {
+    let options = Options {
+        format: Format::C,
+        name: None,
+        fmi: Fmi::Two,
+        compile: false,
+    };
+    for artefact in export_arm(file, &folder.join("model.c"), options).unwrap() {
+        std::fs::write(artefact.path, artefact.bytes).unwrap();
+    }
+    std::fs::write(folder.join("main.c"), MAIN).unwrap();
+    let compiler = ["gcc", "clang"]
+        .into_iter()
+        .find(|c| Command::new(c).arg("--version").output().is_ok())?;
+    let flags =
+        "-std=c99 -O1 -Wall -Wextra -Wpedantic -Werror -fsanitize=undefined,address model.c main.c -lm -o program";
+    let done = Command::new(compiler)
+        .args(flags.split(' '))
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let rows = torque[0].iter().zip(torque[1]);
+    let bytes: Vec<u8> = rows
+        .flat_map(|(a, b)| [a.to_ne_bytes(), b.to_ne_bytes()].concat())
+        .collect();
+    std::fs::write(folder.join("tau.bin"), bytes).unwrap();
+    let input = std::fs::File::open(folder.join("tau.bin")).unwrap();
+    let done = Command::new(folder.join("program")).stdin(input).output().unwrap();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let values = done.stdout.as_chunks::<8>().0.iter();
+    Some(values.map(|bytes| f64::from_ne_bytes(*bytes)).collect())
+}
+
+#[test]
+fn the_exported_arm_moves_as_the_simulated_one() {
+    let folder = tempfile::tempdir().unwrap();
+    for model in ["nonlinear", "linear", "rigid"] {
+        for locked in [[false, false], [false, true], [true, false]] {
+            let file = arm(model, locked);
+            let record = run(&file, |_| Err("no record is named")).unwrap();
+            let column = |name: &str| record.column(name).unwrap();
+            let Some(found) = moved(&file, folder.path(), [column("tau1"), column("tau2")]) else {
+                return eprintln!("skipped: there is no C compiler");
+            };
+            let mut largest: f64 = 0.0;
+            for (i, name) in ["q1", "q2", "qm1", "qm2", "dq1", "dq2", "dqm1", "dqm2"]
+                .iter()
+                .enumerate()
+            {
+                let Ok(expected) = record.column(name) else { continue };
+                let scale = expected.iter().fold(1e-3_f64, |m, v| m.max(v.abs()));
+                for (k, value) in expected.iter().enumerate() {
+                    largest = largest.max((found[8 * k + i] - value).abs() / scale);
+                }
+            }
+            assert!(largest < 1e-6, "{model} {locked:?}: {largest:e}");
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! The `.db3` files of ROS 2: SQLite with a table of topics and one of messages.
+//!
+//! Source: rosbag2_storage_sqlite3, `sqlite_storage.cpp`, schema versions 1 to 4.
+
+use std::collections::HashMap;
+use std::io::Read;
+use std::path::Path;
+
+use rusqlite::types::ValueRef;
+use rusqlite::{Connection, MAIN_DB, OpenFlags};
+
+use super::{Bag, Channel, Each, Message, Place};
+use crate::error::{Error, Result};
+use crate::memory::Budget;
+
+/// What an SQLite file begins with.
+pub(crate) const MAGIC: &[u8] = b"SQLite format 3\0";
+
+/// A `.db3` file.
+pub(super) struct Db3<'a> {
+    path: &'a Path,
+    database: Connection,
+    topics: Vec<(i64, Channel)>,
+}
+
+impl<'a> Db3<'a> {
+    /// Opens the file at this path, without a change to it or its folder.
+    pub(super) fn open(path: &'a Path) -> Result<Self> {
+        let mut name = path.as_os_str().to_owned();
+        name.push("-wal");
+        let waiting = std::fs::metadata(&name).is_ok_and(|found| found.len() > 0);
+        if waiting {
+            return Err(Error::content(
+                path,
+                "a ROS 2 bag",
+                format!(
+                    "the file {} beside it has messages that are not in it yet; close the bag, or open and close it with sqlite3",
+                    Path::new(&name).display()
+                ),
+            ));
+        }
+        let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_URI | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+        let absolute = std::path::absolute(path).map_err(|cause| Error::read(path, cause))?;
+        let escaped = absolute
+            .to_string_lossy()
+            .replace('%', "%25")
+            .replace('?', "%3f")
+            .replace('#', "%23");
+        let database = Connection::open_with_flags(format!("file:{escaped}?immutable=1"), flags);
+        Db3::new(path, database.map_err(|error| damaged(path, &error))?)
+    }
+
+    /// Takes a file that comes from a pipe into memory.
+    pub(super) fn load(budget: &Budget, path: &'a Path, input: impl Read) -> Result<Self> {
+        let bytes = budget.all(input)?;
+        let fail = |error| damaged(path, &error);
+        let mut database = Connection::open_in_memory().map_err(fail)?;
+        let length = bytes.len();
+        let loaded = database.deserialize_read_exact(MAIN_DB, bytes.as_slice(), length, true);
+        loaded.map_err(fail)?;
+        Db3::new(path, database)
+    }
+
+    fn new(path: &'a Path, database: Connection) -> Result<Self> {
+        let fail = |error| damaged(path, &error);
+        let has = |table: &str| {
+            let query = "SELECT COUNT(*) FROM sqlite_master WHERE type = 'table' AND name = ?1";
+            database
+                .query_row(query, [table], |row| row.get::<_, i64>(0))
+                .map(|count| count > 0)
+        };
+        if !(has("topics").map_err(fail)? && has("messages").map_err(fail)?) {
+            let detail = "it is an SQLite file without the tables 'topics' and 'messages'".to_owned();
+            return Err(Error::content(path, "a ROS 2 bag", detail));
+        }
+        let mut definitions: HashMap<String, String> = HashMap::new();
+        if has("message_definitions").map_err(fail)? {
+            let query =
+                "SELECT topic_type, encoded_message_definition FROM message_definitions WHERE encoding = 'ros2msg'";
+            let mut query = database.prepare(query).map_err(fail)?;
+            let rows = query
+                .query_map([], |row| Ok((row.get(0)?, row.get(1)?)))
+                .map_err(fail)?;
+            for row in rows {
+                let (kind, text) = row.map_err(fail)?;
+                definitions.insert(kind, text);
+            }
+        }
+        let topics = {
+            let query = "SELECT id, name, type, serialization_format FROM topics ORDER BY id";
+            let mut query = database.prepare(query).map_err(fail)?;
+            let rows = query.query_map([], |row| {
+                let kind: String = row.get(2)?;
+                let channel = Channel {
+                    topic: row.get(1)?,
+                    definition: definitions.get(&kind).cloned(),
+                    kind,
+                    encoding: row.get(3)?,
+                };
+                Ok((row.get(0)?, channel))
+            });
+            rows.and_then(Iterator::collect).map_err(fail)?
+        };
+        Ok(Db3 { path, database, topics })
+    }
+}
+
+impl Bag for Db3<'_> {
+    fn each(&mut self, wanted: Option<&str>, each: &mut Each) -> Result<()> {
+        let fail = |error| damaged(self.path, &error);
+        let is_wanted = |channel: &Channel| wanted.is_none_or(|wanted| wanted == channel.topic);
+        for (id, channel) in self.topics.iter().filter(|(_, channel)| is_wanted(channel)) {
+            let query = "SELECT id, timestamp, data FROM messages WHERE topic_id = ?1 ORDER BY id";
+            let mut query = self.database.prepare(query).map_err(fail)?;
+            let mut rows = query.query([id]).map_err(fail)?;
+            while let Some(row) = rows.next().map_err(fail)? {
+                let place = Place::Row(row.get(0).map_err(fail)?);
+                let logged = row.get(1).map_err(fail)?;
+                let ValueRef::Blob(data) = row.get_ref(2).map_err(fail)? else {
+                    let detail = format!("topic {}: the message at {place} is no bytes", channel.topic);
+                    return Err(Error::content(self.path, "a ROS 2 bag", detail));
+                };
+                each(channel, &Message { logged, data, place })?;
+            }
+        }
+        Ok(())
+    }
+
+    fn channels(&mut self) -> Result<Vec<Channel>> {
+        Ok(self.topics.iter().map(|(_, channel)| channel.clone()).collect())
+    }
+}
+
+fn damaged(path: &Path, error: &rusqlite::Error) -> Error {
+    let detail = format!("{error}; copy it again, or recover it by `sqlite3 FILE .recover`");
+    Error::content(path, "a ROS 2 bag", detail)
+}

@@ -1,0 +1,129 @@
+//! The samples of one topic, and the record that they become.
+
+use std::path::Path;
+
+use flexure::Record;
+
+use super::Channel;
+use super::cdr::{Cdr, Decoded};
+use super::joints::Joints;
+use super::numbers::Numbers;
+use crate::error::{Error, Result};
+use crate::record_file::RecordFile;
+
+/// The samples of a topic.
+pub(super) struct Table {
+    /// The type of its messages.
+    pub(super) kind: String,
+    columns: Columns,
+    logged: Vec<i64>,
+    stamps: Vec<Option<i64>>,
+    /// Messages without the joint that is wanted.
+    passed: usize,
+}
+
+enum Columns {
+    Joints(Joints),
+    Numbers(Numbers),
+}
+
+impl Table {
+    /// Of a topic whose messages are like those of `channel`.
+    ///
+    /// # Errors
+    /// Why it cannot be read.
+    pub(super) fn new(channel: &Channel, joint: Option<&str>) -> Decoded<Self> {
+        let definition = channel.definition()?;
+        let columns = match (channel.has_joints(&definition), joint) {
+            (true, joint) => Columns::Joints(Joints::new(joint)),
+            (false, None) => Columns::Numbers(Numbers::new(definition)),
+            (false, Some(_)) => {
+                let why = format!(
+                    "--joint is for sensor_msgs/msg/JointState, but its type is {}",
+                    channel.kind
+                );
+                return Err(why.into());
+            }
+        };
+        Ok(Table {
+            kind: channel.kind.clone(),
+            columns,
+            logged: Vec::new(),
+            stamps: Vec::new(),
+            passed: 0,
+        })
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.logged.is_empty()
+    }
+
+    /// What the next message takes.
+    pub(super) fn bytes(&self) -> u64 {
+        let columns = match &self.columns {
+            Columns::Joints(joints) => joints.width(),
+            Columns::Numbers(numbers) => numbers.columns.len(),
+        };
+        ((columns + 4) * size_of::<f64>()) as u64
+    }
+
+    pub(super) fn add(&mut self, message: Cdr, logged: i64) -> Decoded<()> {
+        let stamp = match &mut self.columns {
+            Columns::Numbers(numbers) => numbers.add(message)?,
+            Columns::Joints(joints) => match joints.add(message)? {
+                None => {
+                    self.passed += 1;
+                    return Ok(());
+                }
+                stamp => stamp,
+            },
+        };
+        self.logged.push(logged);
+        self.stamps.push(stamp);
+        Ok(())
+    }
+
+    /// The record, and what is noted of it; the topic too where it was not given.
+    pub(super) fn finish(self, path: &Path, topic: &str, note_topic: bool) -> Result<RecordFile> {
+        let (mut columns, others) = match self.columns {
+            Columns::Joints(joints) => joints.finish(),
+            Columns::Numbers(numbers) => numbers.finish(),
+        };
+        let mut notes = Vec::new();
+        if note_topic {
+            notes.push(format!("topic {topic} is read"));
+        }
+        if self.passed > 0 {
+            notes.push(format!("{} messages without this joint are passed over", self.passed));
+        }
+        // A stamp that nobody set is zero.
+        let stamped = self.stamps.iter().any(|stamp| stamp.is_some_and(|stamp| stamp != 0));
+        let mut instants: Vec<i64> = match stamped {
+            true => self.stamps.into_iter().map(Option::unwrap_or_default).collect(),
+            false => {
+                notes.push("t is when the messages were logged, as they have no stamps".to_owned());
+                self.logged.clone()
+            }
+        };
+        if !self.logged.is_sorted() {
+            notes.push("the messages are put in the order in which they were logged".to_owned());
+            let mut order: Vec<usize> = (0..self.logged.len()).collect();
+            order.sort_by_key(|&i| self.logged[i]);
+            instants = order.iter().map(|&i| instants[i]).collect();
+            for (_, samples) in &mut columns {
+                *samples = order.iter().map(|&i| samples[i]).collect();
+            }
+        }
+        let taken = columns.iter().any(|(name, _)| name == "t");
+        let time = if taken { "timestamp" } else { "t" };
+        let first = instants[0];
+        let seconds = |&instant: &i64| (i128::from(instant) - i128::from(first)) as f64 / 1e9;
+        let samples = instants.iter().map(seconds).collect();
+        let all = [(time.to_owned(), samples)].into_iter().chain(columns);
+        let record = Record::new(all).map_err(|error| Error::data(path, error))?;
+        let mut file = RecordFile::new(record, path);
+        file.origins.push((time.to_owned(), first));
+        file.units[0] = Some("s".to_owned());
+        Ok(RecordFile { others, notes, ..file })
+    }
+}

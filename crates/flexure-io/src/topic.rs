@@ -1,0 +1,31 @@
+//! What a bag has, of which a record is one part.
+
+/// A topic of a bag.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Topic {
+    /// Its name.
+    pub name: String,
+    /// The type of its messages: `sensor_msgs/msg/JointState`.
+    pub kind: String,
+    /// How many messages it has.
+    pub messages: u64,
+    /// The names of its joints, in the order in which they come first.
+    pub joints: Vec<String>,
+    /// Why it cannot be read, where it cannot.
+    pub problem: Option<String>,
+}
+
+impl std::fmt::Display for Topic {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let count = flexure::text::counted(usize::try_from(self.messages).unwrap_or(usize::MAX), "message");
+        write!(f, "{} ({}, {count}", self.name, self.kind)?;
+        match self.joints.is_empty() {
+            true => {}
+            false => write!(f, ", joints {}", flexure::text::list(&self.joints))?,
+        }
+        match &self.problem {
+            None => write!(f, ")"),
+            Some(problem) => write!(f, ", not read: {problem})"),
+        }
+    }
+}

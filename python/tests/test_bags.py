@@ -1,0 +1,123 @@
+"""Bags and HDF5 files that rosbags and h5py write with random content, read by the program: the numbers are the same to the bit."""
+
+from __future__ import annotations
+
+import subprocess
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+MIX = """int16 before
+string note
+std_msgs/Header header
+float64[] values
+bool flag
+geometry_msgs/Wrench wrench
+uint32 after
+"""
+
+
+@pytest.fixture(scope="module", params=[Stores.ROS2_FOXY, Stores.ROS2_HUMBLE, Stores.ROS2_JAZZY], ids=lambda s: s.value)
+def store(request):
+    found = get_typestore(request.param)
+    found.register(get_types_from_msg(MIX, "own_msgs/msg/Mix"))
+    return found
+
+
+def header(store, ns, text):
+    types = store.types
+    return types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](ns // 10**9, ns % 10**9), text)
+
+
+def messages(store, rng, count):
+    """Joint states whose joints change their order, and a mixed message: what is written, and the columns expected."""
+    types = store.types
+    names = ["base", "elbow_joint", "wärist"]
+    expected = {"/joints": {}, "/mix": {}}
+    written = []
+    put = lambda topic, name, value: expected[topic].setdefault(name, []).append(float(value))  # noqa: E731
+    for k in range(count):
+        ns = 1_650_000_000 * 10**9 + 10_000_000 * k
+        order = rng.permutation(3)
+        columns = rng.normal(size=(3, 3)) * 10.0 ** rng.integers(-300, 300, (3, 3))
+        for joint, i in enumerate(order):
+            for row, kind in enumerate(["position", "velocity", "effort"]):
+                put("/joints", f"{names[i]}.{kind}", columns[row, joint])
+        state = types["sensor_msgs/msg/JointState"](header(store, ns, "f" * rng.integers(9)), [names[i] for i in order], *columns)
+        written.append(("/joints", "sensor_msgs/msg/JointState", ns, state))
+        vector = types["geometry_msgs/msg/Vector3"]
+        force, torque = rng.normal(size=3), rng.normal(size=3)
+        wrench = types["geometry_msgs/msg/Wrench"](vector(*force), vector(*torque))
+        values, before, after = rng.normal(size=4), int(rng.integers(-9, 9)), int(rng.integers(2**32))
+        mix = types["own_msgs/msg/Mix"](before, "n" * rng.integers(7), header(store, ns, "x"), values, bool(k % 2), wrench, after)
+        written.append(("/mix", "own_msgs/msg/Mix", ns, mix))
+        for name, value in [("before", before), ("flag", k % 2), ("after", after), *((f"values[{i}]", v) for i, v in enumerate(values))]:
+            put("/mix", name, value)
+        for part, three in [("force", force), ("torque", torque)]:
+            for axis, value in zip("xyz", three):
+                put("/mix", f"wrench.{part}.{axis}", value)
+    return written, expected
+
+
+def read(command, path, tmp_path, *options):
+    """The record as the program reads it."""
+    table = tmp_path / "read.parquet"
+    command("prepare", path, *options, "-o", table)
+    return pd.read_parquet(table)
+
+
+@pytest.fixture
+def command():
+    import os
+
+    def run(*arguments):
+        program = os.environ.get("FLEXURE_BINARY", "flexure")
+        done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+
+    return run
+
+
+def same(found, expected):
+    for name, values in expected.items():
+        np.testing.assert_array_equal(found[name].to_numpy().view(np.uint64), np.array(values).view(np.uint64), err_msg=name)
+
+
+@pytest.mark.parametrize("plugin", [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
+@pytest.mark.parametrize("mode", [None, CompressionMode.FILE, CompressionMode.MESSAGE, CompressionMode.STORAGE])
+def test_bags_of_rosbags(store, plugin, mode, tmp_path, command):
+    if (plugin, mode) in [(StoragePlugin.SQLITE3, CompressionMode.STORAGE), (StoragePlugin.MCAP, CompressionMode.MESSAGE)]:
+        pytest.skip("rosbags does not write this")
+    written, expected = messages(store, np.random.default_rng(3), 60)
+    folder = tmp_path / "bag"
+    writer = Writer(folder, version=9, storage_plugin=plugin)
+    if mode:
+        writer.set_compression(mode, CompressionFormat.ZSTD)
+    with writer:
+        topics = {}
+        for topic, kind, ns, message in written:
+            if topic not in topics:
+                topics[topic] = writer.add_connection(topic, kind, typestore=store)
+            writer.write(topics[topic], ns, store.serialize_cdr(message, kind))
+    [bag] = [path for path in folder.iterdir() if path.suffix != ".yaml"]
+    for topic, columns in expected.items():
+        same(read(command, bag, tmp_path, "--topic", topic), columns)
+    one = read(command, bag, tmp_path, "--joint", "elbow_joint")
+    same(one, {kind: expected["/joints"][f"elbow_joint.{kind}"] for kind in ("position", "velocity", "effort")})
+
+
+@pytest.mark.parametrize("libver", ["earliest", "v108", "v110", "latest"])
+@pytest.mark.parametrize("packing", [{}, {"compression": "gzip", "chunks": (7,)}, {"shuffle": True, "fletcher32": True, "chunks": (50,)}], ids=str)
+def test_hdf5_of_h5py(libver, packing, tmp_path, command):
+    rng = np.random.default_rng(4)
+    columns = {f"c{i}": rng.normal(size=50).astype(kind) for i, kind in enumerate(["<f8", ">f8", "<f4", ">f4"])}
+    columns |= {f"i{i}": rng.integers(0, 100, 50).astype(kind) for i, kind in enumerate(["<i8", ">i4", "u2", "i1"])}
+    path = tmp_path / "h.h5"
+    with h5py.File(path, "w", libver=libver) as file:
+        for name, values in columns.items():
+            file.create_dataset(name, data=values, **packing)
+    same(read(command, path, tmp_path), {name: values.astype(float) for name, values in columns.items()})

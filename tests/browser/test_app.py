@@ -1,0 +1,356 @@
+"""`flexure app` in the browser: from an untidy record to an FMU, two tabs, a cancelled fit, a large file, and pages of elsewhere."""
+
+import http.client
+import http.server
+import json
+import math
+import os
+import random
+import subprocess
+import threading
+import time
+import urllib.parse
+import zipfile
+
+import pytest
+from conftest import program
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.ui import Select, WebDriverWait
+
+MEGABYTE = 1 << 20
+
+
+def flexure():
+    return program("FLEXURE_BINARY", "flexure")
+
+
+def untidy(path, samples=900, seed=1):
+    """A record as instruments write it: remarks, semicolons, decimal commas, a spike, a gap; a dead zone before a lag."""
+    rng = random.Random(seed)
+    lines = ["# logged by hand", "Time [s];Command (V);Speed [rad/s]"]
+    state = held = 0.0
+    for k in range(samples):
+        if k % 4 == 0:
+            held = rng.uniform(-2, 2)
+        effective = math.copysign(max(abs(held) - 0.5, 0), held)
+        state = 0.8 * state + 0.2 * effective
+        speed = state + rng.gauss(0, 0.002)
+        text = "" if k == 200 else f"{50 if k == 300 else speed:.6f}"
+        lines.append(f"{0.01 * k:.3f};{held:.6f};{text}".replace(".", ","))
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+class App:
+    """The app, and its page in the browser."""
+
+    def __init__(self, driver, folder, *options):
+        self.driver = driver
+        self.folder = folder
+        command = [flexure(), "app", str(folder), "--no-open", *options]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        self.address = self.process.stdout.readline().strip()
+        assert self.address.startswith("http://127.0.0.1:"), self.address
+
+    def open(self):
+        self.driver.get(self.address)
+        self.wait("document.documentElement.dataset.ready === 'true'", 20)
+        return self
+
+    def js(self, script, *arguments):
+        return self.driver.execute_script(script, *arguments)
+
+    def wait(self, condition, seconds=60):
+        WebDriverWait(self.driver, seconds, poll_frequency=0.1).until(lambda d: d.execute_script(f"return {condition}"), condition)
+
+    def find(self, selector):
+        return self.driver.find_element("css selector", selector)
+
+    def press(self, selector):
+        """With the keyboard alone."""
+        element = self.find(selector)
+        self.js("arguments[0].focus()", element)
+        assert self.js("return document.activeElement === arguments[0]", element), f"{selector} takes no focus"
+        element.send_keys(Keys.ENTER)
+
+    def upload(self, path):
+        self.find("#upload").send_keys(str(path))
+
+    def ended(self, count, state="done", seconds=120):
+        """Waits until so many runs have ended; the last as is said."""
+        self.wait(f"document.querySelectorAll('[data-job][data-state]').length >= {count}", seconds)
+        item = self.find("#run-list > li")
+        assert item.get_attribute("data-state") == state, item.text
+        return item
+
+    def problem(self):
+        return self.find("#problem").text
+
+    def asked(self, method, path, body=None, headers=None):
+        """The status and answer of a request that is no browser's."""
+        parts = urllib.parse.urlsplit(self.address)
+        connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=60)
+        connection.request(method, path, body=body, headers=headers or {})
+        answer = connection.getresponse()
+        return answer.status, answer.read()
+
+    @property
+    def prefix(self):
+        return urllib.parse.urlsplit(self.address).path
+
+
+@pytest.fixture
+def app(browser, tmp_path):
+    started = []
+
+    def start(*options):
+        started.append(App(browser, tmp_path / "project", *options))
+        return started[-1]
+
+    yield start
+    for one in started:
+        one.process.terminate()
+        one.process.wait(10)
+
+
+def test_from_an_untidy_record_to_an_fmu_by_the_keyboard(app, browser, tmp_path):
+    page = app().open()
+    browser.get_log("browser")
+    page.upload(untidy(tmp_path / "motor log.csv"))
+    page.ended(1)
+    page.wait("!document.querySelector('#columns').hidden")
+    names = page.js("return [...document.querySelectorAll('#column-rows th')].map((cell) => cell.textContent)")
+    assert names == ["Time", "Command", "Speed"]
+    # The spike and the gap go, and the record that comes out is opened.
+    page.js("document.querySelector('#prepare [name=outliers]').focus()")
+    page.find("#prepare [name=outliers]").send_keys(Keys.SPACE)
+    page.find("#prepare [name=fill]").send_keys("5")
+    page.press("#prepare button")
+    page.ended(3)
+    page.wait("document.querySelector('#work-title').textContent === 'Work on motor log-prepared.csv'")
+    for name, column in [("input", "Command"), ("output", "Speed")]:
+        box = page.find(f"#column-rows [name={name}][value={column}]")
+        if not box.is_selected():
+            box.send_keys(Keys.SPACE)
+    page.press("#identify button")
+    item = page.ended(4)
+    assert "fit" in item.text
+    page.press("[aria-label='Open motor log-prepared.json']")
+    Select(page.find("#format")).select_by_value("fmu")
+    page.press("#export button")
+    page.ended(5)
+    downloads = tmp_path / "downloads"
+    browser.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(downloads)})
+    page.press("#run-list > li a[download]")
+    fmu = downloads / "motor_log_prepared.fmu"
+    deadline = time.monotonic() + 20
+    while not fmu.exists() and time.monotonic() < deadline:
+        time.sleep(0.1)
+    with zipfile.ZipFile(fmu) as archive:
+        assert "modelDescription.xml" in archive.namelist()
+    # The command line understands what the app left.
+    folder = tmp_path / "project"
+    model = folder / "motor log-prepared.json"
+    done = subprocess.run([flexure(), "validate", model, folder / "motor log-prepared.csv", "--json"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    severe = [entry["message"] for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
+    assert severe == []
+
+
+def test_models_are_compared_reported_and_shown(app, tmp_path):
+    folder = tmp_path / "project"
+    folder.mkdir()
+    untidy(folder / "raw.csv")
+    tidy = ["prepare", "raw.csv", "--outliers", "all", "--fill", "5", "-o", "m.csv"]
+    for arguments in [tidy] + [
+        ["identify", "m.csv", "--input", "Command", "--output", "Speed", "--structure", structure, "--model", f"{structure}.json"]
+        for structure in ("linear", "hammerstein")
+    ]:
+        subprocess.run([flexure(), *arguments], cwd=folder, check=True, capture_output=True)
+    page = app().open()
+    page.press("[aria-label='Open m.csv']")
+    page.ended(1)
+    for model in ("linear", "hammerstein"):
+        page.find(f"#models [value='{model}.json']").send_keys(Keys.SPACE)
+    page.press("#compare button")
+    item = page.ended(2)
+    assert "linear.json" in item.text and "hammerstein.json" in item.text
+    assert page.find("#frame iframe").get_attribute("title") == "m-compared.html"
+    # The page shows itself, and has nothing of the app.
+    page.driver.switch_to.frame(page.find("#frame iframe"))
+    page.wait("document.documentElement.dataset.ready === 'true'")
+    assert page.js("return origin") == "null"
+    page.driver.switch_to.default_content()
+    page.press("[aria-label='Open linear.json']")
+    Select(page.find("#report-record")).select_by_value("m.csv")
+    page.press("#report button")
+    page.ended(3)
+    assert (folder / "linear-on-m.html").exists()
+
+
+def test_two_tabs_work_beside_each_other_and_overwrite_nothing(app, browser, tmp_path):
+    page = app().open()
+    first = browser.current_window_handle
+    page.upload(untidy(tmp_path / "a.csv"))
+    page.ended(1)
+    browser.switch_to.new_window("tab")
+    try:
+        page.open()
+        page.upload(untidy(tmp_path / "a.csv", seed=2))
+        page.ended(1)
+        names = sorted(path.name for path in (tmp_path / "project").iterdir())
+        assert names == ["a-2-look.html", "a-2.csv", "a-look.html", "a.csv"]
+        assert (tmp_path / "project" / "a.csv").read_text() != (tmp_path / "project" / "a-2.csv").read_text()
+    finally:
+        browser.close()
+        browser.switch_to.window(first)
+    # The first tab sees what the second did.
+    page.js("dispatchEvent(new Event('focus'))")
+    page.wait("document.querySelector(\"[aria-label='Open a-2.csv']\") !== null")
+
+
+def test_a_fit_is_cancelled_and_leaves_nothing(app, tmp_path):
+    (tmp_path / "project").mkdir()
+    untidy(tmp_path / "project" / "long.csv", samples=60_000)
+    page = app().open()
+    begun = page.js(
+        "run({ command: 'identify', files: ['long.csv'], options: { structure: 'auto', input: 'Command', output: 'Time' },"
+        " outputs: { model: 'long.json' } }); return true"
+    )
+    assert begun
+    page.wait("document.querySelector('[data-job] progress') !== null")
+    # What it does now is said meanwhile.
+    page.wait("/running, \\d+ s identifying/.test(document.querySelector('[data-job]').textContent)")
+    page.press("[data-job] button")
+    page.ended(1, state="cancelled", seconds=20)
+    assert [path.name for path in (tmp_path / "project").iterdir() if not path.name.startswith(".")] == ["long.csv"]
+
+
+def test_a_file_of_200_megabytes_is_taken_and_one_beyond_the_limit_is_not(app, tmp_path):
+    large = tmp_path / "large.bin"
+    with open(large, "wb") as file:
+        for k in range(200):
+            file.write(bytes([k]) * MEGABYTE)
+    page = app("--largest-file", "250MiB").open()
+    page.upload(large)
+    page.wait("document.querySelector('[aria-label=\"Download large.bin\"]') !== null", 120)
+    assert (tmp_path / "project" / "large.bin").stat().st_size == 200 * MEGABYTE
+    with open(large, "ab") as file:
+        file.write(bytes(60 * MEGABYTE))
+    page.upload(large)
+    page.wait("document.querySelector('#problem').textContent !== ''", 120)
+    assert "too large" in page.problem() or "not taken" in page.problem()
+    assert not (tmp_path / "project" / "large-2.bin").exists()
+
+
+def test_a_page_of_another_origin_gets_nothing(app, browser, tmp_path):
+    page = app().open()
+    target = page.address
+    seen = []
+
+    class Other(http.server.BaseHTTPRequestHandler):
+        def do_GET(self):
+            self.send_response(200)
+            self.send_header("Content-Type", "text/html")
+            self.end_headers()
+            self.wfile.write(b"<!doctype html><title>elsewhere</title>")
+
+        def log_message(self, *_):
+            seen.append(1)
+
+    server = http.server.HTTPServer(("127.0.0.1", 0), Other)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    try:
+        browser.get(f"http://127.0.0.1:{server.server_address[1]}/")
+        script = """
+            const done = arguments[arguments.length - 1], target = arguments[0];
+            const tried = [fetch(target + 'project'), fetch(target + 'project', { mode: 'no-cors' }).then((r) => { if (r.type === 'opaque') throw 1; }),
+                fetch(target + 'files/evil.csv', { method: 'PUT', body: 'u,y\\n1,2\\n' }),
+                fetch(target + 'jobs', { method: 'POST', mode: 'no-cors', body: '{"command":"look","files":[]}' }).then((r) => { if (r.type === 'opaque') throw 1; })];
+            Promise.allSettled(tried).then((all) => done(all.map((one) => one.status)));"""
+        assert browser.execute_async_script(script, target) == ["rejected"] * 4
+        framed = """
+            const done = arguments[arguments.length - 1];
+            const frame = document.createElement('iframe');
+            frame.onload = () => { let text = null; try { text = frame.contentDocument.body.textContent; } catch (e) { text = null; } done(text); };
+            frame.src = arguments[0];
+            document.body.append(frame);"""
+        assert browser.execute_async_script(framed, target) in (None, "")
+    finally:
+        server.shutdown()
+    assert list((tmp_path / "project").iterdir()) == []
+    assert seen
+
+
+def test_only_the_own_page_is_answered(app, tmp_path):
+    page = app()
+    host = urllib.parse.urlsplit(page.address).netloc
+    assert page.asked("GET", page.prefix + "project")[0] == 200
+    for path in ["/", "/project", f"/{'0' * 32}/project", page.prefix[:-2] + "/project"]:
+        assert page.asked("GET", path) == (403, b""), path
+    for headers in [
+        {"Host": "localhost.evil.example:80"},
+        {"Host": host, "Origin": "http://evil.example"},
+        {"Host": host, "Origin": "null"},
+        {"Host": host, "Sec-Fetch-Site": "cross-site"},
+    ]:
+        assert page.asked("GET", page.prefix + "project", headers=headers) == (403, b""), headers
+    assert page.asked("GET", page.prefix + "project", headers={"Host": host, "Origin": f"http://{host}"})[0] == 200
+
+
+def test_nothing_outside_of_the_folder_is_read_written_or_run(app, tmp_path):
+    page = app()
+    (tmp_path / "secret.csv").write_text("u,y\n1,2\n")
+    (tmp_path / "project" / "link.csv").symlink_to(tmp_path / "secret.csv")
+    for name in ["..%2Fsecret.csv", "%2Fetc%2Fpasswd", "link.csv", ".hidden", "-o"]:
+        assert page.asked("GET", page.prefix + f"files/{name}")[0] == 404, name
+    for name in ["..%2Fnew.csv", ".new.csv", "-new.csv", "a%00b", ""]:
+        assert page.asked("PUT", page.prefix + f"files/{name}", body="x")[0] in (400, 404), name
+    untidy(tmp_path / "project" / "m.csv")
+    good = {"command": "look", "files": ["m.csv"]}
+    for change in [
+        {"command": "simulate"},
+        {"command": "app"},
+        {"files": ["../secret.csv"]},
+        {"files": ["link.csv"]},
+        {"files": ["--version"]},
+        {"options": {"resume": "x"}},
+        {"outputs": {"report": "../x.html"}},
+        {"outputs": {"resume": "x.html"}},
+        {"more": 1},
+    ]:
+        status, answer = page.asked("POST", page.prefix + "jobs", body=json.dumps({**good, **change}))
+        assert status == 400 and json.loads(answer)["problem"], change
+    assert page.asked("POST", page.prefix + "jobs", body=json.dumps(good))[0] == 200
+
+
+def test_everything_has_a_name_and_fits_a_phone(app, tmp_path):
+    (tmp_path / "project").mkdir()
+    untidy(tmp_path / "project" / "m.csv")
+    page = app()
+    page.driver.execute_cdp_cmd(
+        "Emulation.setDeviceMetricsOverride", {"width": 380, "height": 800, "deviceScaleFactor": 1, "mobile": True}
+    )
+    try:
+        page.open()
+        page.press("[aria-label='Open m.csv']")
+        page.ended(1)
+        page.wait("!document.querySelector('#columns').hidden")
+        assert page.js("return document.documentElement.scrollWidth") <= 380
+        unnamed = page.js(
+            "return [...document.querySelectorAll('button, input, select, progress, iframe')].filter((e) => !(e.textContent.trim() ||"
+            " e.getAttribute('aria-label') || e.title || e.labels?.length)).map((e) => e.outerHTML)"
+        )
+        assert unnamed == []
+    finally:
+        page.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_what_was_wrong_is_said(app, tmp_path):
+    (tmp_path / "project").mkdir()
+    (tmp_path / "project" / "bad.csv").write_text("u,y\n1,2\n3\n")
+    page = app().open()
+    page.press("[aria-label='Open bad.csv']")
+    page.ended(1, state="failed")
+    assert "bad.csv, line 3: 1 field where there are 2 columns" in page.problem()
+    assert sorted(os.listdir(tmp_path / "project")) == ["bad.csv"]
