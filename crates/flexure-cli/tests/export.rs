@@ -105,3 +105,20 @@ fn wrong_usage_is_refused_and_writes_nothing() {
         assert!(!folder.path("a.c").exists() && !folder.path("a.py").exists());
     }
 }
+
+#[test]
+fn an_arm_goes_to_c_and_fmu_and_to_nothing_else() {
+    let folder = Folder::new();
+    folder.done("simulate --preset motor-log --write-arm arm.toml");
+    folder.done("export arm.toml --to c -o arm.c");
+    assert!(
+        folder
+            .read("arm.h")
+            .contains("void arm_step(arm_state *state, const double *tau, double *y);")
+    );
+    folder.done("export arm.toml --to fmu --fmi 3 -o arm.fmu");
+    folder.failed(
+        "export arm.toml --to onnx -o arm.onnx",
+        "the model cannot be exported: an arm goes to C and FMU alone",
+    );
+}

@@ -1,6 +1,8 @@
 """Runs what was exported into the folders of argv[2:] by the runtime argv[1], and prints the largest difference from the reference, relative to
 the output's largest value. Exits with 77 where the runtime is not installed.
 
+An arm (arm2, arm3) has two inputs, and the eight components of its state as outputs.
+
 A folder has model.py, model.onnx, model2.fmu, model3.fmu, u.bin and y.bin (f64; u sample by sample).
 """
 
@@ -40,7 +42,8 @@ def onnx(folder, u):
     return session.run(["y"], {"u": np.array(u)})[0].tolist()
 
 
-def fmu(folder, u, version):
+def simulated(folder, u, version, outputs, step):
+    """An FMU that FMPy has no complaint about, in time."""
     import fmpy
     import numpy as np
     from fmpy.validation import validate_fmu
@@ -48,19 +51,30 @@ def fmu(folder, u, version):
     path = str(folder / f"model{version}.fmu")
     found = validate_fmu(path)
     assert not found, found
-    step = 0.01
     description = fmpy.read_model_description(path)
     names = [v.name for v in description.modelVariables if v.causality == "input"]
     times = step * np.arange(len(u))
     rows = [(t, *row) for t, row in zip(times, u)]
     signals = np.array(rows, dtype=[("time", np.float64)] + [(name, np.float64) for name in names])
     result = fmpy.simulate_fmu(
-        path, start_time=0, stop_time=step * len(u), step_size=step, output_interval=step, input=signals, output=["y"]
+        path, start_time=0, stop_time=step * len(u), step_size=step, output_interval=step, input=signals, output=outputs
     )
     assert len(result) == len(u) + 1, len(result)
+    return result
+
+
+def fmu(folder, u, version):
+    result = simulated(folder, u, version, ["y"], 0.01)
     # Before the first step the output is that of the first input; after a step that of the input at its beginning.
     assert result["y"][0] == result["y"][1] or math.isnan(result["y"][0])
     return result["y"][1:].tolist()
+
+
+def arm(folder, u, version):
+    outputs = ["q1", "q2", "qm1", "qm2", "dq1", "dq2", "dqm1", "dqm2"]
+    result = simulated(folder, u, version, outputs, 0.005)
+    # The state at the instants of the inputs, row by row.
+    return [float(row[name]) for row in result[:-1] for name in outputs]
 
 
 RUNTIMES = {
@@ -68,6 +82,8 @@ RUNTIMES = {
     "onnx": onnx,
     "fmu2": lambda folder, u: fmu(folder, u, 2),
     "fmu3": lambda folder, u: fmu(folder, u, 3),
+    "arm2": lambda folder, u: arm(folder, u, 2),
+    "arm3": lambda folder, u: arm(folder, u, 3),
 }
 
 
@@ -85,7 +101,7 @@ def difference(found, expected):
 
 for folder in map(Path, sys.argv[2:]):
     flat, y = doubles(folder / "u.bin"), doubles(folder / "y.bin")
-    inputs = len(flat) // len(y)
+    inputs = 2 if sys.argv[1].startswith("arm") else len(flat) // len(y)
     u = [flat[i : i + inputs] for i in range(0, len(flat), inputs)]
     try:
         found = RUNTIMES[sys.argv[1]](folder, u)

@@ -94,3 +94,47 @@ fn the_exported_arm_moves_as_the_simulated_one() {
         }
     }
 }
+
+#[test]
+fn the_arm_as_an_fmu_moves_as_the_simulated_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let python = std::env::var("FLEXURE_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/agreement.py");
+    let file = arm("nonlinear", [false, false]);
+    let record = run(&file, |_| Err("no record is named")).unwrap();
+    let rows = |names: &[&str]| -> Vec<u8> {
+        let columns: Vec<&[f64]> = names.iter().map(|name| record.column(name).unwrap()).collect();
+        let all = (0..record.len()).flat_map(|k| columns.iter().map(move |column| column[k]));
+        all.flat_map(f64::to_le_bytes).collect()
+    };
+    std::fs::write(folder.path().join("u.bin"), rows(&["tau1", "tau2"])).unwrap();
+    let state = ["q1", "q2", "qm1", "qm2", "dq1", "dq2", "dqm1", "dqm2"];
+    std::fs::write(folder.path().join("y.bin"), rows(&state)).unwrap();
+    for (fmi, runtime, name) in [(Fmi::Two, "arm2", "model2.fmu"), (Fmi::Three, "arm3", "model3.fmu")] {
+        let options = Options {
+            format: Format::Fmu,
+            name: None,
+            fmi,
+            compile: true,
+        };
+        let Ok(artefacts) = export_arm(&file, &folder.path().join(name), options) else {
+            return eprintln!("skipped: there is no C compiler");
+        };
+        std::fs::write(&artefacts[0].path, &artefacts[0].bytes).unwrap();
+        let done = Command::new(&python)
+            .arg(script)
+            .arg(runtime)
+            .arg(folder.path())
+            .output();
+        let Ok(done) = done else {
+            return eprintln!("skipped: there is no {python}");
+        };
+        let said = String::from_utf8_lossy(&done.stdout);
+        if done.status.code() == Some(77) {
+            return eprintln!("skipped: {said}");
+        }
+        assert!(done.status.success(), "{said}{}", String::from_utf8_lossy(&done.stderr));
+        let apart: f64 = said.lines().filter_map(|line| line.parse().ok()).next_back().unwrap();
+        assert!(apart < 1e-6, "{runtime}: {apart:e}");
+    }
+}
