@@ -122,7 +122,7 @@ fn searched(law: Law, start: &Start, most: usize) -> (Vec<f64>, f64) {
     while factor > smallest && tried + 2 * gains.len() <= most {
         let moved = |k: usize| {
             let mut moved = gains.clone();
-            moved[k / 2] *= if k % 2 == 0 { factor } else { 1.0 / factor };
+            moved[k / 2] *= if k.is_multiple_of(2) { factor } else { 1.0 / factor };
             moved
         };
         let all: Vec<Vec<f64>> = (0..2 * gains.len()).map(moved).collect();
