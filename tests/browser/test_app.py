@@ -76,6 +76,12 @@ class App:
     def upload(self, path):
         self.find("#upload").send_keys(str(path))
 
+    def drop(self, path):
+        """A file that a mouse lets go of over the page: the browser's own event."""
+        data = {"items": [], "files": [str(path)], "dragOperationsMask": 1}
+        for kind in ["dragEnter", "dragOver", "drop"]:
+            self.driver.execute_cdp_cmd("Input.dispatchDragEvent", {"type": kind, "x": 200, "y": 200, "data": data})
+
     def ended(self, count, state="done", seconds=120):
         """Waits until so many runs have ended; the last as is said."""
         self.wait(f"document.querySelectorAll('[data-job][data-state]').length >= {count}", seconds)
@@ -113,10 +119,11 @@ def app(browser, tmp_path):
         one.process.wait(10)
 
 
-def test_from_an_untidy_record_to_an_fmu_by_the_keyboard(app, browser, tmp_path):
+@pytest.mark.parametrize("way", ["drop", "upload"])
+def test_from_an_untidy_record_to_an_fmu_by_the_keyboard(way, app, browser, tmp_path):
     page = app().open()
     browser.get_log("browser")
-    page.upload(untidy(tmp_path / "motor log.csv"))
+    getattr(page, way)(untidy(tmp_path / "motor log.csv"))
     page.ended(1)
     page.wait("!document.querySelector('#columns').hidden")
     names = page.js("return [...document.querySelectorAll('#column-rows th')].map((cell) => cell.textContent)")

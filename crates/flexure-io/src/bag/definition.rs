@@ -218,7 +218,7 @@ mod tests {
     #[test]
     fn fields_of_all_forms_and_no_constants() {
         let text = "# a comment\nint32 LIMIT=5\nuint8 A = 1\nfloat64[3] q # three\nstring<=5 name \"x\"\nPoint[<=2] p\nint8 d -1\n\
-                    pkg/msg/Other[] o\n================\nMSG: own/Point\nfloat32 x 0.5\n===\nMSG: pkg/Other\nbool b\n";
+                    pkg/msg/Other[] o\n================\nMSG: own/Point\nfloat32 x 0.5\n================\nMSG: pkg/Other\nbool b\n";
         let definition = Definition::new("own/msg/All", Some(text)).unwrap();
         let field = |name: &str, kind, count| Field {
             name: name.to_owned(),
