@@ -288,7 +288,11 @@ mod tests {
                 let off = [plant.hub()[0] - model, plant.tip() - parameters.length * model];
                 worst = [0, 1].map(|i| worst[i].max(off[i].abs()));
             }
-            let command = if (t / 6.0) as u32 % 2 == 0 { 0.8 } else { -0.4 };
+            let command = if ((t / 6.0) as u32).is_multiple_of(2) {
+                0.8
+            } else {
+                -0.4
+            };
             let torque = law.torque(command, plant.hub(), STEP);
             plant.push(torque);
         }
