@@ -77,10 +77,14 @@ class App:
         self.find("#upload").send_keys(str(path))
 
     def drop(self, path):
-        """A file that a mouse lets go of over the page: the browser's own event."""
-        data = {"items": [], "files": [str(path)], "dragOperationsMask": 1}
-        for kind in ["dragEnter", "dragOver", "drop"]:
-            self.driver.execute_cdp_cmd("Input.dispatchDragEvent", {"type": kind, "x": 200, "y": 200, "data": data})
+        """Lets go of a file over the page."""
+        script = """
+            const data = new DataTransfer();
+            data.items.add(new File([arguments[1]], arguments[0]));
+            for (const kind of ['dragover', 'drop']) {
+              document.querySelector('#drop').dispatchEvent(new DragEvent(kind, { bubbles: true, cancelable: true, dataTransfer: data }));
+            }"""
+        self.js(script, path.name, path.read_text())
 
     def ended(self, count, state="done", seconds=120):
         """Waits until so many runs have ended; the last as is said."""
