@@ -231,14 +231,14 @@ impl Counted {
     }
 }
 
-/// The rounds of a search, at most so many: they are counted as the jobs of a loop, and the loops within them are not.
+/// The rounds of a search, counted for its progress: each round is one job. Loops within a round are not counted.
 pub(crate) struct Rounds {
     counted: Counted,
     rounds: std::ops::Range<usize>,
     _before: Before,
 }
 
-/// At most so many rounds.
+/// Begins a search of at most `most` rounds.
 pub(crate) fn rounds(most: usize) -> Rounds {
     let counted = Counted::new(most);
     let before = CURRENT.with_borrow_mut(|current| {
@@ -266,7 +266,7 @@ impl Iterator for Rounds {
 }
 
 impl Drop for Rounds {
-    /// Most searches end before their last round: then nothing is left.
+    /// A search can end before its last round: then the rest of the rounds is done too.
     fn drop(&mut self) {
         if let Some(watching) = &self.counted.0 {
             watching.begin(0);

@@ -17,7 +17,7 @@ pub enum Calibration {
     /// system; no offset after the linear part.
     #[default]
     UnitStaticGain,
-    /// The first coefficient of the linear part after the delay is 1 (the paper's k_0 = 1); no offset
+    /// The first coefficient of the linear part after the delay is 1 (the paper's k_0, set to 1); no offset
     /// after the linear part.
     UnitFirstCoefficient,
     /// The nonlinearity is known at two points (paper, section VII): phi(x1) and phi(x2).
