@@ -26,10 +26,9 @@ from inspect import signature
 from os import PathLike
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
 from flexure._core import Model, ParameterError, Structure, structures
+from flexure._references import NARX, Volterra
+from flexure._scikit_checks import EXPECTED_FAILED_CHECKS
 from flexure._system import System
 
 __all__ = [
@@ -50,31 +49,6 @@ __all__ = [
     "estimator",
     "load",
 ]
-
-Array = npt.NDArray[np.float64]
-
-_SHAPE = "the check's X has several columns and few rows in no order; a system has one input, sampled in time, at least 100 times"
-_WORDS = "the error is said in terms of signals and samples, not of features"
-_FAILING = {
-    _SHAPE: (
-        "check_array_api_input check_dict_unchanged check_dont_overwrite_parameters check_dtype_object check_estimator_sparse_tag "
-        "check_estimators_dtypes check_estimators_fit_returns_self check_estimators_overwrite_params check_estimators_pickle "
-        "check_f_contiguous_array_estimator check_fit2d_predict1d check_fit_check_is_fitted check_fit_idempotent "
-        "check_fit_score_takes_y check_methods_sample_order_invariance check_methods_subset_invariance check_n_features_in "
-        "check_n_features_in_after_fitting check_pipeline_consistency check_positive_only_tag_during_fit "
-        "check_readonly_memmap_input"
-    ),
-    _WORDS: (
-        "check_complex_data check_estimator_sparse_array check_estimator_sparse_matrix check_estimators_empty_data_messages "
-        "check_estimators_nan_inf check_fit2d_1feature check_fit2d_1sample"
-    ),
-}
-EXPECTED_FAILED_CHECKS = {check: reason for reason, checks in _FAILING.items() for check in checks.split()}
-"""The checks of scikit-learn's ``check_estimator`` that a dynamic model cannot pass, with the reasons.
-
-:meta hide-value:
-"""
-
 
 # The parameters of a Hammerstein system that one method alone has.
 _OWN = {"plain": ("kernel", "parameter", "lag", "ignore_colour"), "refined": ("form", "missing", "noise_model")}
@@ -371,82 +345,6 @@ class JointInputs(System):
 
     _structure = "joint-inputs"
     _several = True
-
-
-class NARX(System):
-    """A polynomial of past outputs and inputs: a reference without blocks, to see what a model with blocks should come near to.
-
-    ``terms_`` has the coefficients by their monomials, in inputs u and outputs y of mean 0 and variance 1; the one of ``""`` is the
-    constant.
-
-    Parameters
-    ----------
-    fresh : float
-        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from flexure import NARX
-    >>> rng = np.random.default_rng(1)
-    >>> u = rng.uniform(-2, 2, 1500)
-    >>> y = np.convolve(u, [0.0, 0.5, 0.25])[:1500] + 0.01 * rng.normal(size=u.size)
-    >>> model = NARX().fit(u, y)
-    >>> model.score(u, y) > 0.99
-    True
-    """
-
-    _structure = "narx"
-
-    @property
-    def terms_(self) -> dict[str, float]:
-        """The coefficients by monomial."""
-        self._fitted()
-        found = self.result_
-        past = [f"y[n-{i + 1}]" for i in range(found["past_outputs"])]
-        past += [f"u[n-{i}]" if i else "u[n]" for i in range(self.delay_, self.delay_ + found["past_inputs"])]
-        terms = {" ".join(past[i] for i in term["factors"]): term["coefficient"] for term in found["terms"]}
-        return {"": found["constant"], **terms}
-
-
-class Volterra(System):
-    """A Volterra series of second order with a prior of decay and smoothness: a reference without blocks.
-
-    The output is ``constant_`` plus the sums of ``first_[i]`` u[n-d-i] and of ``second_[i, j]`` u[n-d-i] u[n-d-j], u being the input
-    less ``input_level_`` and d ``delay_``.
-
-    Parameters
-    ----------
-    fresh : float
-        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
-    """
-
-    _structure = "volterra"
-
-    @property
-    def constant_(self) -> float:
-        """The kernel of order zero, in the unit of the output."""
-        self._fitted()
-        return float(self.result_["constant"])
-
-    @property
-    def input_level_(self) -> float:
-        """What is taken off the input, in its unit."""
-        self._fitted()
-        return float(self.result_["input_level"])
-
-    @property
-    def first_(self) -> Array:
-        """The kernel of first order, of shape (lags,)."""
-        self._fitted()
-        return np.array(self.result_["first"], dtype=np.float64)
-
-    @property
-    def second_(self) -> Array:
-        """The kernel of second order, symmetric, of shape (lags, lags)."""
-        self._fitted()
-        found = np.array(self.result_["second"], dtype=np.float64)
-        return found.reshape(len(found), len(found))
 
 
 def _generated(structure: Structure) -> type[System]:

@@ -94,31 +94,17 @@ fn read_checked<F: ChunkReader + 'static>(budget: &Budget, path: &Path, file: F)
             done += 1;
             // A declared number is a claim: memory is taken as samples come.
             let allowance = SampleBudget { budget, most: rows };
-            match append(&*group, i, kind, &mut samples, &allowance).map_err(content)? {
-                Appended::All => kept.push((i, kind, samples)),
-                Appended::TooLarge => return Err(budget.too_large(&format!("column '{}'", name(i)))),
-                Appended::TooMany => {
-                    let detail = format!(
-                        "column '{}' has more than the {rows} samples declared; save it again",
-                        name(i)
-                    );
-                    return Err(damaged(path, detail));
-                }
-                // A column with integers that f64 cannot hold is no signal, but harms no other.
-                Appended::Inexact => {
-                    let what = "a column of integers beyond 2^53, which cannot be represented exactly".to_owned();
-                    others.push(Other::new(name(i), what));
-                }
+            let appended = append(&*group, i, kind, &mut samples, &allowance).map_err(content)?;
+            match appended.checked(budget, path, &name(i), rows)? {
+                None => kept.push((i, kind, samples)),
+                Some(other) => others.push(other),
             }
         }
         signals = kept;
     }
     if let Some((i, _, samples)) = signals.iter().find(|(.., samples)| samples.len() != rows) {
-        let detail = format!(
-            "column '{}' has {} of {rows} samples; save it again",
-            name(*i),
-            samples.len()
-        );
+        let (name, samples) = (name(*i), samples.len());
+        let detail = format!("column '{name}' has {samples} of {rows} samples; save it again");
         return Err(damaged(path, detail));
     }
     let mut names: Vec<String> = signals.iter().map(|(i, ..)| name(*i)).collect();
@@ -137,6 +123,25 @@ fn read_checked<F: ChunkReader + 'static>(budget: &Budget, path: &Path, file: F)
         others,
         ..RecordFile::new(record, path)
     })
+}
+
+impl Appended {
+    /// Refuses what is too much; what a column is instead of a signal, if it is none.
+    fn checked(self, budget: &Budget, path: &Path, name: &str, rows: usize) -> Result<Option<Other>> {
+        match self {
+            Appended::All => Ok(None),
+            Appended::TooLarge => Err(budget.too_large(&format!("column '{name}'"))),
+            Appended::TooMany => {
+                let detail = format!("column '{name}' has more than the {rows} samples declared; save it again");
+                Err(damaged(path, detail))
+            }
+            // A column with integers that f64 cannot hold is no signal, but harms no other.
+            Appended::Inexact => {
+                let what = "a column of integers beyond 2^53, which cannot be represented exactly";
+                Ok(Some(Other::new(name.to_owned(), what.to_owned())))
+            }
+        }
+    }
 }
 
 /// Refuses columns at places that no file has, and such as unpack to more than there is memory for.

@@ -208,35 +208,10 @@ pub fn chain_of_toml(text: &str, source_name: &str) -> Result<DrivenChain, ArmEr
 fn parameters(source: &Source, table: &ChainTable, load: Option<Load>) -> Result<ChainParameters, ArmError> {
     let mut links = Vec::with_capacity(table.link.len() + 1);
     for (i, link) in table.link.iter().enumerate() {
-        let key = |name: &str| format!("chain.link[{}].{name}", i + 1);
-        let find = |name: &String| table.link[..i].iter().position(|other| other.name == *name);
-        let parent = match &link.parent {
-            None => i.checked_sub(1),
-            Some(name) if name == BASE => None,
-            Some(name) => match find(name) {
-                Some(parent) => Some(parent),
-                None => {
-                    let reason = format!("there is no link '{name}' before this one; list every link after its parent");
-                    return Err(source.value(key("parent"), reason));
-                }
-            },
-        };
-        let inertia = match (link.mass, link.inertia) {
-            (Some(mass), Some(moments)) => Some(body(mass, link.com.unwrap_or_default(), moments)),
-            (None, None) if link.com.is_none() => None,
-            (None, _) => {
-                return Err(source.value(key("mass"), "missing; a link with an inertia needs it, positive, in kg"));
-            }
-            (Some(_), None) => {
-                let reason =
-                    "missing; a link with a mass needs xx, yy, zz, xy, xz, yz about its centre of mass, in kg m^2";
-                return Err(source.value(key("inertia"), reason));
-            }
-        };
         links.push(ChainLink {
             name: link.name.clone(),
             joint: link.joint.clone(),
-            parent,
+            parent: parent(source, table, i)?,
             motion: match link.motion {
                 Motion::Revolute => JointMotion::Revolute,
                 Motion::Prismatic => JointMotion::Prismatic,
@@ -245,30 +220,12 @@ fn parameters(source: &Source, table: &ChainTable, load: Option<Load>) -> Result
             axis: link.axis.unwrap_or([0.0, 0.0, 1.0]),
             rotation: rotation(link.rpy),
             translation: link.origin,
-            inertia,
+            inertia: inertia(source, link, i)?,
             limits: link.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]),
         });
     }
     if let Some(load) = load {
-        let carrier = match &load.link {
-            None => links.len().checked_sub(1),
-            Some(name) => match links.iter().position(|link| link.name == *name) {
-                Some(i) => Some(i),
-                None => return Err(source.value("load.link", format!("there is no link '{name}'"))),
-            },
-        };
-        let moments = load.inertia.unwrap_or([POINT, POINT, POINT, 0.0, 0.0, 0.0]);
-        links.push(ChainLink {
-            name: "load".to_owned(),
-            joint: "load".to_owned(),
-            parent: carrier,
-            motion: JointMotion::Fixed,
-            axis: [0.0, 0.0, 1.0],
-            rotation: rotation([0.0; 3]),
-            translation: [0.0; 3],
-            inertia: Some(body(load.mass, load.com, moments)),
-            limits: [f64::NEG_INFINITY, f64::INFINITY],
-        });
+        links.push(load_link(source, load, &links)?);
     }
     Ok(ChainParameters {
         base_name: BASE.to_owned(),
@@ -279,6 +236,65 @@ fn parameters(source: &Source, table: &ChainTable, load: Option<Load>) -> Result
         base_inertia: table.body.as_ref().map(|b| body(b.mass, b.com, b.inertia)),
         links,
         gravity: table.gravity.unwrap_or(GROUND),
+    })
+}
+
+/// The key of a value of the link of this index.
+fn key(i: usize, name: &str) -> String {
+    format!("chain.link[{}].{name}", i + 1)
+}
+
+/// The index of the parent of link `i`, none for the base.
+fn parent(source: &Source, table: &ChainTable, i: usize) -> Result<Option<usize>, ArmError> {
+    match &table.link[i].parent {
+        None => Ok(i.checked_sub(1)),
+        Some(name) if name == BASE => Ok(None),
+        Some(name) => match table.link[..i].iter().position(|other| other.name == *name) {
+            Some(parent) => Ok(Some(parent)),
+            None => {
+                let reason = format!("there is no link '{name}' before this one; list every link after its parent");
+                Err(source.value(key(i, "parent"), reason))
+            }
+        },
+    }
+}
+
+/// The inertia of the link of this index, none for a link without a mass.
+fn inertia(source: &Source, link: &LinkTable, i: usize) -> Result<Option<LinkInertia>, ArmError> {
+    match (link.mass, link.inertia) {
+        (Some(mass), Some(moments)) => Ok(Some(body(mass, link.com.unwrap_or_default(), moments))),
+        (None, None) if link.com.is_none() => Ok(None),
+        (None, _) => {
+            let reason = "missing; a link with an inertia needs it, positive, in kg";
+            Err(source.value(key(i, "mass"), reason))
+        }
+        (Some(_), None) => {
+            let reason = "missing; a link with a mass needs xx, yy, zz, xy, xz, yz about its centre of mass, in kg m^2";
+            Err(source.value(key(i, "inertia"), reason))
+        }
+    }
+}
+
+/// The load, as a link that is fixed to the link it names, else to the last.
+fn load_link(source: &Source, load: Load, links: &[ChainLink]) -> Result<ChainLink, ArmError> {
+    let carrier = match &load.link {
+        None => links.len().checked_sub(1),
+        Some(name) => match links.iter().position(|link| link.name == *name) {
+            Some(i) => Some(i),
+            None => return Err(source.value("load.link", format!("there is no link '{name}'"))),
+        },
+    };
+    let moments = load.inertia.unwrap_or([POINT, POINT, POINT, 0.0, 0.0, 0.0]);
+    Ok(ChainLink {
+        name: "load".to_owned(),
+        joint: "load".to_owned(),
+        parent: carrier,
+        motion: JointMotion::Fixed,
+        axis: [0.0, 0.0, 1.0],
+        rotation: rotation([0.0; 3]),
+        translation: [0.0; 3],
+        inertia: Some(body(load.mass, load.com, moments)),
+        limits: [f64::NEG_INFINITY, f64::INFINITY],
     })
 }
 
@@ -297,7 +313,7 @@ fn body(mass: f64, com: [f64; 3], [xx, yy, zz, xy, xz, yz]: [f64; 6]) -> LinkIne
 fn drives(source: &Source, links: &[LinkTable]) -> Result<Vec<(usize, ChainDrive)>, ArmError> {
     let mut drives = Vec::new();
     for (i, link) in links.iter().enumerate() {
-        let key = |name: &str| format!("chain.link[{}].drive{name}", i + 1);
+        let key = |name: &str| key(i, &format!("drive{name}"));
         let fixed = matches!(link.motion, Motion::Fixed);
         if fixed {
             if link.drive.is_some() {

@@ -292,25 +292,34 @@ fn integration(look: &Look, joint: &Joint) -> bool {
     (look.integrations.iter()).any(|i| name(i.input) == joint.torque && positions.contains(&Some(name(i.output))))
 }
 
-/// The joints of a record: by the names of their columns, else one whose position integrates its torque.
+/// The joints of a record: what is given decides, then the names of the columns, then a position that integrates a torque.
 fn joints<'a>(request: &Request<'a>, look: &'a Look) -> Vec<Joint<'a>> {
-    let name = |i: usize| look.columns[i].name.as_str();
-    // What is given decides.
     if !request.inputs.is_empty() || request.output.is_some() {
-        let (&[torque], Some(position)) = (request.inputs, request.output) else {
-            return Vec::new();
-        };
-        let joint = Joint {
-            torque,
-            position,
-            motor: None,
-        };
-        return if integration(look, &joint) {
-            vec![joint]
-        } else {
-            Vec::new()
-        };
+        return given_joint(request, look).into_iter().collect();
     }
+    let named = named_joints(look);
+    match named.is_empty() {
+        true => integrating_joint(look).into_iter().collect(),
+        false => named,
+    }
+}
+
+/// The joint that the user names, if its position integrates its torque.
+fn given_joint<'a>(request: &Request<'a>, look: &Look) -> Option<Joint<'a>> {
+    let (&[torque], Some(position)) = (request.inputs, request.output) else {
+        return None;
+    };
+    let joint = Joint {
+        torque,
+        position,
+        motor: None,
+    };
+    integration(look, &joint).then_some(joint)
+}
+
+/// The joints that the names of the columns tell.
+fn named_joints(look: &Look) -> Vec<Joint<'_>> {
+    let name = |i: usize| look.columns[i].name.as_str();
     let is_signal = |i: &usize| Some(*i) != look.time && look.columns[*i].is_signal();
     let signals: Vec<usize> = (0..look.columns.len()).filter(is_signal).collect();
     let named = |wanted: Role, number: &str| {
@@ -321,7 +330,7 @@ fn joints<'a>(request: &Request<'a>, look: &'a Look) -> Vec<Joint<'a>> {
         Some((Role::Torque, number)) => Some((name(i), number)),
         _ => None,
     });
-    let named: Vec<Joint> = torques
+    torques
         .filter_map(|(torque, number)| {
             let (link, motor) = (named(Role::Position, number), named(Role::MotorPosition, number));
             Some(Joint {
@@ -332,10 +341,12 @@ fn joints<'a>(request: &Request<'a>, look: &'a Look) -> Vec<Joint<'a>> {
         })
         // A force and a position may be of anything that has a spring.
         .filter(|joint| joint.motor.is_some() || is_torque(joint.torque) || integration(look, joint))
-        .collect();
-    if !named.is_empty() {
-        return named;
-    }
+        .collect()
+}
+
+/// The joint whose position integrates its torque best.
+fn integrating_joint(look: &Look) -> Option<Joint<'_>> {
+    let name = |i: usize| look.columns[i].name.as_str();
     let moved = |i: &&flexure::look::Integration| {
         let derivative = |k: &flexure::look::Kinship| {
             (k.column, k.of) == (i.input, i.output) && matches!(k.relation, Relation::Derivative { .. })
@@ -350,13 +361,10 @@ fn joints<'a>(request: &Request<'a>, look: &'a Look) -> Vec<Joint<'a>> {
     let best = |a: &&flexure::look::Integration, b: &&flexure::look::Integration| {
         a.found.explained.total_cmp(&b.found.explained)
     };
-    let found = look.integrations.iter().filter(moved).max_by(best);
-    found
-        .map(|i| Joint {
-            torque: name(i.input),
-            position: name(i.output),
-            motor: None,
-        })
-        .into_iter()
-        .collect()
+    let found = look.integrations.iter().filter(moved).max_by(best)?;
+    Some(Joint {
+        torque: name(found.input),
+        position: name(found.output),
+        motor: None,
+    })
 }

@@ -1,6 +1,6 @@
 //! The command to type after a look.
 
-use flexure::look::{Clock, Direction, Kind, Look, Relation};
+use flexure::look::{Clock, Dependence, Direction, Kind, Look, Relation};
 use flexure::text::counted;
 use flexure_io::RecordFile;
 
@@ -169,90 +169,102 @@ pub(super) fn signals(request: &Request, look: &Look) -> Option<Signals> {
 
 /// Inputs and output by what depends on what: the output follows others most, and others follow it least.
 fn by_dependence(look: &Look, usable: &[usize], given: &[usize], output: Option<usize>) -> Option<Signals> {
-    let made = |i: usize| {
-        look.kinships
-            .iter()
-            .any(|k| k.column == i && matches!(k.relation, Relation::Multiple { .. }))
-    };
-    let dependences = || {
-        look.dependences
-            .iter()
-            .filter(move |d| !made(d.cause) && !made(d.effect))
-    };
-    let strength = |d: &flexure::look::Dependence| match d.kind {
-        Kind::Linear => d.coherent.max(f64::MIN_POSITIVE),
-        Kind::Square => d.correlation.powi(2),
-    };
-    let follows = |i: usize| {
-        let towards = dependences()
-            .filter(|d| d.effect == i && !given.contains(&i))
-            .filter(|d| d.kind == Kind::Square || d.direction != Direction::AtOnce || usable.len() == 2)
-            .map(strength);
-        let away = dependences()
-            .filter(|d| d.cause == i && d.direction == Direction::Forward)
-            .map(strength);
-        (towards.fold(0.0, f64::max), away.fold(0.0, f64::max))
-    };
-    let leads = |i: usize, to: usize| dependences().any(|d| d.cause == i && d.effect == to);
-    let candidates = usable.iter().copied().filter(|i| !given.contains(i));
-    let best = output.or_else(|| {
-        let followers = candidates.filter(|i| given.is_empty() || given.iter().any(|g| leads(*g, *i)));
-        let scored = followers
-            .map(|i| (follows(i).0 - follows(i).1, i))
-            .filter(|(_, i)| follows(*i).0 > 0.0);
-        // Of equal ones the last.
-        scored.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, i)| i)
-    })?;
-    // What follows others and leads none is another output.
-    let is_output = |i: usize| {
-        let (towards, away) = follows(i);
-        i != best && towards > BETWEEN && away == 0.0
-    };
-    // What follows another column in its turn lies between that and the output, and is no input.
-    let lies_between = |i: usize| {
-        dependences().any(|d| {
-            let later = d.block == 1 && d.delay > 0 && d.direction == Direction::Forward;
-            d.effect == i && d.cause != best && later && d.coherent > BETWEEN
-        })
-    };
-    // An input that is left out does more harm than one that does nothing.
-    let causes = |i: usize| dependences().any(|d| d.cause == i);
-    let is_derivative = |i: usize| look.kinships.iter().any(|k| k.column == i);
-    let inputs: Vec<usize> = match given.is_empty() {
-        false => given.to_vec(),
-        true => usable
-            .iter()
-            .copied()
-            .filter(|&i| i != best && causes(i) && !is_output(i) && !lies_between(i) && !is_derivative(i))
-            .collect(),
-    };
-    let inputs = match inputs.is_empty() {
-        true => dependences()
-            .filter(|d| d.effect == best)
-            .map(|d| d.cause)
-            .take(1)
-            .collect(),
-        false => inputs,
-    };
+    let order = Order { look, usable, given };
+    let best = output.or_else(|| order.last())?;
+    let inputs = order.inputs(best);
     if inputs.is_empty() {
         return None;
     }
-    let is_ordered = dependences().any(|d| d.effect == best && d.direction == Direction::Forward);
-    let is_other = |i: usize| is_output(i) || (i != best && lies_between(i));
+    let is_ordered = (order.dependences()).any(|d| d.effect == best && d.direction == Direction::Forward);
+    let is_named = output.is_some() || !given.is_empty();
+    let is_other = |i: usize| order.is_output(i, best) || (i != best && order.lies_between(i, best));
     Some(Signals {
-        others: usable
-            .iter()
-            .copied()
+        others: (usable.iter().copied())
             .filter(|&i| is_other(i) && !inputs.contains(&i))
             .collect(),
-        why: why(
-            &look.columns[best].name,
-            is_ordered,
-            output.is_some() || !given.is_empty(),
-        ),
+        why: why(&look.columns[best].name, is_ordered, is_named),
         inputs,
         output: best,
     })
+}
+
+/// Which columns follow which, of those that are `usable`; the user named the inputs `given`.
+struct Order<'a> {
+    look: &'a Look,
+    usable: &'a [usize],
+    given: &'a [usize],
+}
+
+impl<'a> Order<'a> {
+    /// The dependences, without those of columns that are multiples of others.
+    fn dependences(&self) -> impl Iterator<Item = &'a Dependence> + use<'a> {
+        let look = self.look;
+        let is_multiple = move |i: usize| {
+            (look.kinships.iter()).any(|k| k.column == i && matches!(k.relation, Relation::Multiple { .. }))
+        };
+        (look.dependences.iter()).filter(move |d| !is_multiple(d.cause) && !is_multiple(d.effect))
+    }
+
+    /// How strongly a column follows others, and how strongly others follow it.
+    fn follows(&self, i: usize) -> (f64, f64) {
+        let strength = |d: &Dependence| match d.kind {
+            Kind::Linear => d.coherent.max(f64::MIN_POSITIVE),
+            Kind::Square => d.correlation.powi(2),
+        };
+        let towards = (self.dependences())
+            .filter(|d| d.effect == i && !self.given.contains(&i))
+            .filter(|d| d.kind == Kind::Square || d.direction != Direction::AtOnce || self.usable.len() == 2)
+            .map(strength);
+        let away = (self.dependences())
+            .filter(|d| d.cause == i && d.direction == Direction::Forward)
+            .map(strength);
+        (towards.fold(0.0, f64::max), away.fold(0.0, f64::max))
+    }
+
+    /// The column that follows others most, behind the named inputs if there are any; of equal ones the last.
+    fn last(&self) -> Option<usize> {
+        let leads = |i: usize, to: usize| self.dependences().any(|d| d.cause == i && d.effect == to);
+        let is_behind = |i: usize| self.given.is_empty() || self.given.iter().any(|g| leads(*g, i));
+        let candidates = self.usable.iter().copied().filter(|i| !self.given.contains(i));
+        let scored = candidates.filter(|i| is_behind(*i)).filter_map(|i| {
+            let (towards, away) = self.follows(i);
+            (towards > 0.0).then_some((towards - away, i))
+        });
+        scored.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, i)| i)
+    }
+
+    /// The named inputs; else what leads to other columns and is nothing else. An input that is left out does more harm than one
+    /// that does nothing.
+    fn inputs(&self, output: usize) -> Vec<usize> {
+        if !self.given.is_empty() {
+            return self.given.to_vec();
+        }
+        let leads = |i: usize| self.dependences().any(|d| d.cause == i);
+        let is_derivative = |i: usize| self.look.kinships.iter().any(|k| k.column == i);
+        let is_input = |&i: &usize| {
+            i != output && leads(i) && !self.is_output(i, output) && !self.lies_between(i, output) && !is_derivative(i)
+        };
+        let inputs: Vec<usize> = self.usable.iter().copied().filter(is_input).collect();
+        if inputs.is_empty() {
+            let cause = self.dependences().find(|d| d.effect == output).map(|d| d.cause);
+            return cause.into_iter().collect();
+        }
+        inputs
+    }
+
+    /// Whether a column follows others and leads none: it is another output.
+    fn is_output(&self, i: usize, best: usize) -> bool {
+        let (towards, away) = self.follows(i);
+        i != best && towards > BETWEEN && away == 0.0
+    }
+
+    /// Whether a column follows another one with a delay: it lies between that and the output.
+    fn lies_between(&self, i: usize, output: usize) -> bool {
+        self.dependences().any(|d| {
+            let is_later = d.block == 1 && d.delay > 0 && d.direction == Direction::Forward;
+            d.effect == i && d.cause != output && is_later && d.coherent > BETWEEN
+        })
+    }
 }
 
 /// Why this column is the output: whether the lags show an order, and whether the user named a column.

@@ -45,78 +45,103 @@ pub(super) struct Drawn {
 /// Draws all blocks; the first nonlinearity has the page's main picture.
 pub(super) fn drawn(record: &Record, identified: &Identified) -> Result<Drawn> {
     let result = &identified.result;
-    // The data whose density is drawn behind the curves.
-    let shown = match identified.is_other_record {
-        true => record.len(),
-        false => result.fitted,
+    let mut drawing = Drawing {
+        identified,
+        // The data whose density is drawn behind the curves.
+        shown: match identified.is_other_record {
+            true => record.len(),
+            false => result.fitted,
+        },
+        drawn: Drawn::default(),
+        curves: Vec::new(),
     };
-    let mut drawn = Drawn::default();
-    let mut curves = Vec::new();
     for (i, path) in result.paths.iter().enumerate() {
         let inputs: Vec<&[f64]> = (path.inputs.iter())
             .map(|input| record.finite(input))
             .collect::<flexure::Result<_>>()?;
-        let prefix = match result.is_sum {
-            true => format!("{}: ", capitalised(&result.path_title(i))),
-            false => String::new(),
-        };
         let mut entering: Vec<f64> = inputs.first().map_or_else(Vec::new, |u| u.to_vec());
         for (k, block) in path.blocks.iter().enumerate() {
             let title = match result.is_sum {
-                true => prefix.clone() + &block.title.to_lowercase(),
+                true => format!("{}: {}", capitalised(&result.path_title(i)), block.title.to_lowercase()),
                 false => block.title.clone().into_owned(),
             };
-            match &block.kind {
-                BlockKind::Static(_) if block.between_samples => {}
-                BlockKind::Static(own) => {
-                    let labels = [behind(&identified.labels, path, k), leaving(identified, path, k)];
-                    let curve = curve(own, labels, &entering[..shown]);
-                    curves.push(TitledCurve { title, curve });
-                    entering = entering.iter().map(|&u| own.curve.value(u)).collect();
-                }
-                BlockKind::Feedback(own) => {
-                    let run = own.model.run(&entering);
-                    let labels = [
-                        "what enters the nonlinearity".to_owned(),
-                        "output of the nonlinearity".to_owned(),
-                    ];
-                    let curve = curve(&own.nonlinearity, labels, &run.entering[..shown]);
-                    curves.push(TitledCurve { title, curve });
-                    let parts = own.linear_parts();
-                    let parts = parts
-                        .iter()
-                        .map(|part| linear(part.title, &part.block, identified.sample_time));
-                    drawn.linear.extend(parts);
-                    entering = run.output;
-                }
-                BlockKind::Linear(own) => {
-                    drawn.linear.push(LinearPart {
-                        response_unit: response_unit(identified, path, k),
-                        ..linear(&title, own, identified.sample_time)
-                    });
-                    entering = own.system.simulate_from_mean(&entering);
-                }
-                BlockKind::Surface(surface) => {
-                    let fitted: Vec<&[f64]> = inputs.iter().map(|u| &u[..shown]).collect();
-                    let sections = Sections::new(surface, &identified.labels, &path.inputs, &fitted);
-                    drawn.surface = Some(sections.picture(&block.title));
-                    drawn
-                        .curves
-                        .extend((0..inputs.len()).map(|along| sections.along(along)));
-                    entering = surface.values(&inputs);
-                }
-                BlockKind::Narx(model) => drawn.tables.push(terms(result, model)),
-                BlockKind::Volterra(model) => {
-                    drawn.linear.extend(first_kernel(model, identified.sample_time)?);
-                    drawn.surface = second_kernel(identified, model);
-                }
-            }
+            entering = drawing.block(path, k, title, &inputs, entering)?;
         }
     }
+    let Drawing { mut drawn, curves, .. } = drawing;
     let mut curves = curves.into_iter();
     drawn.nonlinearity = curves.next().map_or_else(Nonlinearity::default, |first| first.curve);
     drawn.curves.extend(curves);
     Ok(drawn)
+}
+
+/// A page's blocks while they are drawn, one after the other.
+struct Drawing<'a> {
+    identified: &'a Identified,
+    /// How many samples stand behind the curves.
+    shown: usize,
+    drawn: Drawn,
+    /// The curves of the static blocks.
+    curves: Vec<TitledCurve>,
+}
+
+impl Drawing<'_> {
+    /// Draws block `k` of `path`, which the signal `entering` enters (a block of several inputs: `inputs`); what leaves it.
+    fn block(
+        &mut self,
+        path: &Path,
+        k: usize,
+        title: String,
+        inputs: &[&[f64]],
+        entering: Vec<f64>,
+    ) -> Result<Vec<f64>> {
+        let identified = self.identified;
+        let block = &path.blocks[k];
+        Ok(match &block.kind {
+            BlockKind::Static(own) => {
+                if !block.between_samples {
+                    let labels = [behind(&identified.labels, path, k), leaving(identified, path, k)];
+                    let curve = curve(own, labels, &entering[..self.shown]);
+                    self.curves.push(TitledCurve { title, curve });
+                    return Ok(entering.iter().map(|&u| own.curve.value(u)).collect());
+                }
+                entering
+            }
+            BlockKind::Feedback(own) => {
+                let run = own.model.run(&entering);
+                let labels = ["what enters the nonlinearity", "output of the nonlinearity"].map(str::to_owned);
+                let curve = curve(&own.nonlinearity, labels, &run.entering[..self.shown]);
+                self.curves.push(TitledCurve { title, curve });
+                let parts = own.linear_parts();
+                let parts = (parts.iter()).map(|part| linear(part.title, &part.block, identified.sample_time));
+                self.drawn.linear.extend(parts);
+                run.output
+            }
+            BlockKind::Linear(own) => {
+                self.drawn.linear.push(LinearPart {
+                    response_unit: response_unit(identified, path, k),
+                    ..linear(&title, own, identified.sample_time)
+                });
+                own.system.simulate_from_mean(&entering)
+            }
+            BlockKind::Surface(surface) => {
+                let fitted: Vec<&[f64]> = inputs.iter().map(|u| &u[..self.shown]).collect();
+                let sections = Sections::new(surface, &identified.labels, &path.inputs, &fitted);
+                self.drawn.surface = Some(sections.picture(&block.title));
+                (self.drawn.curves).extend((0..inputs.len()).map(|along| sections.along(along)));
+                surface.values(inputs)
+            }
+            BlockKind::Narx(model) => {
+                self.drawn.tables.push(terms(&identified.result, model));
+                entering
+            }
+            BlockKind::Volterra(model) => {
+                (self.drawn.linear).extend(first_kernel(model, identified.sample_time)?);
+                self.drawn.surface = second_kernel(identified, model);
+                entering
+            }
+        })
+    }
 }
 
 /// The name of what enters the block of this index.

@@ -71,23 +71,10 @@ impl Identified {
         let sentences = [result.verdict.text()].into_iter().chain(decoration.remark);
         let title = || format!("From {} to {}", result.inputs.join(", "), result.output);
         let (above, below): (Vec<_>, Vec<_>) = (result.warnings.iter()).partition(|w| is_fundamental(w));
-        let (fitted, fresh) = (result.fitted, y.len() - result.fitted);
+        let fitted = result.fitted;
         let mut page = Page {
             title: decoration.title.unwrap_or_else(title),
-            subtitle: match self.is_other_record {
-                true => format!(
-                    "A {} model ({}), judged on {fresh} samples of {}.",
-                    result.structure,
-                    result.description,
-                    file.name()
-                ),
-                false => format!(
-                    "A {} model ({}) identified from {fitted} samples of {}; judged on the {fresh} that follow.",
-                    result.structure,
-                    result.description,
-                    file.name()
-                ),
-            },
+            subtitle: self.subtitle(&file.name(), y.len() - fitted),
             verdict: Verdict {
                 headline: result.verdict.headline().to_owned(),
                 holds: result.verdict.holds(),
@@ -123,6 +110,21 @@ impl Identified {
             verdict.text = format!("{}. {}", capitalised(&warning.to_string()), verdict.text);
         }
         Ok(page)
+    }
+}
+
+impl Identified {
+    /// What the model is, and the samples of the file of this name that fitted and judged it.
+    fn subtitle(&self, file: &str, fresh: usize) -> String {
+        let result = &self.result;
+        let model = format!("A {} model ({})", result.structure, result.description);
+        match self.is_other_record {
+            true => format!("{model}, judged on {fresh} samples of {file}."),
+            false => format!(
+                "{model} identified from {} samples of {file}; judged on the {fresh} that follow.",
+                result.fitted
+            ),
+        }
     }
 }
 

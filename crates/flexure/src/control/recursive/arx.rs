@@ -5,6 +5,7 @@
 //! The products \\(b_j c_m\\) are estimated as they are; their matrix has rank one, and its dominant singular vectors are b and c (Bai 1998,
 //! An optimal two-stage identification algorithm for Hammerstein-Wiener nonlinear systems, Automatica 34).
 
+use super::checkpoint::Checkpoint;
 use super::least_squares::{LeastSquares, Memory};
 use crate::error::{Error, Result};
 
@@ -161,38 +162,18 @@ impl RecursiveHammerstein {
     /// # Errors
     /// [`Error::Parameter`] for bytes that are no checkpoint.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
-        let wrong = || {
-            Error::parameter(
-                "the number of bytes",
-                bytes.len() as f64,
-                "those of a checkpoint, whole and unchanged",
-            )
-        };
-        let word = |i: usize| bytes.get(8 * i..8 * i + 8).and_then(|w| <[u8; 8]>::try_from(w).ok());
-        let whole = |i: usize| {
-            word(i)
-                .and_then(|w| usize::try_from(u64::from_le_bytes(w)).ok())
-                .ok_or_else(wrong)
-        };
-        let [order, delay, degree, seen] = [whole(0)?, whole(1)?, whole(2)?, whole(3)?];
-        if order > 50 || delay > LONGEST {
-            return Err(wrong());
-        }
-        let mut state = RecursiveHammerstein::new(order, delay, degree, Memory::All)?;
-        state.seen = seen;
-        let mut place = 4;
+        let mut checkpoint = Checkpoint::new(bytes);
+        let [order, delay, degree, seen] = [(); 4].map(|()| checkpoint.count());
+        let (order, delay) = (order?, delay?);
+        checkpoint.check(order <= 50 && delay <= LONGEST)?;
+        let mut state = RecursiveHammerstein::new(order, delay, degree?, Memory::All)?;
+        state.seen = seen?;
         for value in state.u.values.iter_mut().chain(&mut state.y.values) {
-            *value = word(place)
-                .map(f64::from_le_bytes)
-                .filter(|v| v.is_finite())
-                .ok_or_else(wrong)?;
-            place += 1;
+            *value = checkpoint.finite()?;
         }
-        state.fit = LeastSquares::from_bytes(bytes.get(8 * place..).ok_or_else(wrong)?)?;
-        match state.fit.parameters() == state.row.len() {
-            true => Ok(state),
-            false => Err(wrong()),
-        }
+        state.fit = LeastSquares::from_bytes(checkpoint.rest())?;
+        checkpoint.check(state.fit.parameters() == state.row.len())?;
+        Ok(state)
     }
 }
 

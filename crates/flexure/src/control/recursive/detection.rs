@@ -7,6 +7,7 @@
 //! after \\(L(\mu) = (e^{-2 \mu b} + 2 \mu b - 1) / (2 \mu^2)\\) samples on average, with \\(b = h + 1.166\\) and \\(\mu\\) the mean of what is summed:
 //! \\(-\delta/2\\) without a change, \\(\delta/2\\) with it.
 
+use super::checkpoint::Checkpoint;
 use crate::error::{Error, Result};
 
 /// The mean overshoot on both sides of Siegmund's approximation.
@@ -106,28 +107,22 @@ impl Cusum {
     /// # Errors
     /// [`Error::Parameter`] for bytes that are no checkpoint.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
-        let words = bytes.chunks_exact(8).filter_map(|word| word.try_into().ok());
-        let numbers: Vec<f64> = words.map(f64::from_le_bytes).collect();
-        match numbers[..] {
-            [deviation, change, threshold, up, down]
-                if bytes.len() == 40
-                    && [deviation, threshold].iter().all(|v| *v > 0.0 && v.is_finite())
-                    && (0.01..=10.0).contains(&change)
-                    && [up, down].iter().all(|sum| (0.0..=threshold).contains(sum)) =>
-            {
-                Ok(Cusum {
-                    deviation,
-                    change,
-                    threshold,
-                    sums: [up, down],
-                })
-            }
-            _ => Err(Error::parameter(
-                "the number of bytes",
-                bytes.len() as f64,
-                "those of a checkpoint, whole and unchanged",
-            )),
-        }
+        let mut checkpoint = Checkpoint::new(bytes);
+        let [deviation, change, threshold, up, down] = [(); 5].map(|()| checkpoint.finite());
+        let (deviation, change, threshold, sums) = (deviation?, change?, threshold?, [up?, down?]);
+        checkpoint.end()?;
+        checkpoint.check(
+            deviation > 0.0
+                && threshold > 0.0
+                && (0.01..=10.0).contains(&change)
+                && sums.iter().all(|sum| (0.0..=threshold).contains(sum)),
+        )?;
+        Ok(Cusum {
+            deviation,
+            change,
+            threshold,
+            sums,
+        })
     }
 
     /// The threshold `h`, in standard deviations.

@@ -3,6 +3,7 @@
 //! The equation is integrated over a sample time, so that velocities are enough: the change of velocity in place of the acceleration, the mean of
 //! both ends for the rest.
 
+use super::checkpoint::Checkpoint;
 use super::least_squares::{LeastSquares, Memory};
 use crate::error::{Error, Result};
 
@@ -76,26 +77,12 @@ impl RecursiveFriction {
     /// # Errors
     /// [`Error::Parameter`] for bytes that are no checkpoint.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
-        let wrong = || {
-            Error::parameter(
-                "the number of bytes",
-                bytes.len() as f64,
-                "those of a checkpoint, whole and unchanged",
-            )
-        };
-        let number = |i: usize| {
-            bytes
-                .get(8 * i..8 * i + 8)
-                .and_then(|w| <[u8; 8]>::try_from(w).ok())
-                .map(f64::from_le_bytes)
-        };
-        let [sample_time, reversal, last] = [number(0), number(1), number(2)].map(|n| n.ok_or_else(wrong));
+        let mut checkpoint = Checkpoint::new(bytes);
+        let [sample_time, reversal, last] = [(); 3].map(|()| checkpoint.number());
         let mut state = RecursiveFriction::new(sample_time?, reversal?, Memory::All)?;
         state.last = Some(last?).filter(|v| v.is_finite());
-        state.fit = LeastSquares::from_bytes(bytes.get(24..).ok_or_else(wrong)?)?;
-        match state.fit.parameters() == 4 {
-            true => Ok(state),
-            false => Err(wrong()),
-        }
+        state.fit = LeastSquares::from_bytes(checkpoint.rest())?;
+        checkpoint.check(state.fit.parameters() == 4)?;
+        Ok(state)
     }
 }

@@ -6,6 +6,7 @@
 //! form do, and without forgetting the estimate is the batch one. A drifting parameter, in the Kalman form, inflates the covariance
 //! \\(P = (R^T R)^{-1}\\) by \\(\sigma_w^2\\) per sample relative to the noise; the information then loses a share of itself that keeps it bounded.
 
+use super::checkpoint::Checkpoint;
 use crate::error::{Error, Result};
 
 /// How the past counts.
@@ -199,35 +200,24 @@ impl LeastSquares {
     /// # Errors
     /// [`Error::Parameter`] for bytes that are no checkpoint.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
-        let wrong = || {
-            Error::parameter(
-                "the number of bytes",
-                bytes.len() as f64,
-                "those of a checkpoint, whole and unchanged",
-            )
-        };
-        let words: Vec<[u8; 8]> = bytes.chunks_exact(8).filter_map(|c| c.try_into().ok()).collect();
-        if words.len() * 8 != bytes.len() || words.len() < 7 || words[0] != MARK {
-            return Err(wrong());
-        }
-        let [n, kind, samples] = [1, 2, 3].map(|i| u64::from_le_bytes(words[i]));
-        let numbers: Vec<f64> = words[4..].iter().map(|w| f64::from_le_bytes(*w)).collect();
-        let n = usize::try_from(n)
-            .ok()
-            .filter(|n| (1..=MOST_PARAMETERS).contains(n))
-            .ok_or_else(wrong)?;
+        let mut checkpoint = Checkpoint::new(bytes);
+        let mark = checkpoint.word()?;
+        let [n, kind, samples] = [(); 3].map(|()| checkpoint.whole());
+        let (n, kind, value) = (n?, kind?, checkpoint.finite()?);
+        checkpoint.check(mark == MARK && (1..=MOST_PARAMETERS as u64).contains(&n) && kind <= 2)?;
         let memory = match kind {
             0 => Memory::All,
-            1 => Memory::Forgetting(numbers[0]),
-            2 => Memory::Drift(numbers[0]),
-            _ => return Err(wrong()),
+            1 => Memory::Forgetting(value),
+            _ => Memory::Drift(value),
         };
-        let mut state = LeastSquares::new(n, memory, 0.0)?;
-        if numbers.len() != 3 + state.rows.len() || !numbers.iter().all(|v| v.is_finite()) {
-            return Err(wrong());
+        let mut state = LeastSquares::new(n as usize, memory, 0.0)?;
+        state.samples = samples?;
+        state.squares = checkpoint.finite()?;
+        state.weight = checkpoint.finite()?;
+        for value in &mut state.rows {
+            *value = checkpoint.finite()?;
         }
-        (state.squares, state.weight, state.samples) = (numbers[1], numbers[2], samples);
-        state.rows.copy_from_slice(&numbers[3..]);
+        checkpoint.end()?;
         Ok(state)
     }
 }

@@ -13,6 +13,7 @@
 //! the past; an output-error model is not. The delay of the loop must be at least one sample, or the model have no direct term.
 
 mod arx;
+mod checkpoint;
 mod detection;
 mod friction;
 mod least_squares;

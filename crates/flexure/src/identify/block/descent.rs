@@ -202,10 +202,7 @@ mod tests {
             steps += 1;
             ControlFlow::Continue(())
         };
-        let rule = StopRule {
-            steps: 100,
-            tolerance: 1e-12,
-        };
+        let rule = StopRule::new(100, 1e-12);
         let end = descend(&Valley, vec![-1.2, 1.0], rule, &mut Monitor::new(&mut count)).unwrap();
         assert!((end.parameters[0] - 1.0).abs() < 1e-6 && end.squares < 1e-12, "{end:?}");
         assert!(steps < 30, "{steps}");

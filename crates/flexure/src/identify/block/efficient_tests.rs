@@ -182,10 +182,7 @@ fn a_cascade_becomes_more_exact() {
         let data = Signals::of_input(u, y, 50);
         let loss = Loss::new(system.clone(), &data);
         let go = &mut |_: &str| ControlFlow::Continue(());
-        let rule = StopRule {
-            steps: 60,
-            tolerance: 1e-9,
-        };
+        let rule = StopRule::new(60, 1e-9);
         let least = descend(&loss, loss.start(), rule, &mut Monitor::new(go))
             .unwrap()
             .parameters;

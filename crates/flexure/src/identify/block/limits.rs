@@ -15,6 +15,10 @@ pub struct StopRule {
 }
 
 impl StopRule {
+    pub const fn new(steps: usize, tolerance: f64) -> StopRule {
+        StopRule { steps, tolerance }
+    }
+
     /// After this many times the steps.
     pub const fn times(self, factor: usize) -> StopRule {
         StopRule {
@@ -56,30 +60,15 @@ pub const FEWEST_ERRORS: f64 = 20.0;
 // Minimisation.
 
 /// Short fits of starts, and of kinks on trial.
-pub const ROUGH: StopRule = StopRule {
-    steps: 12,
-    tolerance: 1e-3,
-};
+pub const ROUGH: StopRule = StopRule::new(12, 1e-3);
 /// Fits that judge a structural change.
-pub const TRIAL: StopRule = StopRule {
-    steps: 12,
-    tolerance: 1e-4,
-};
+pub const TRIAL: StopRule = StopRule::new(12, 1e-4);
 /// The last fit.
-pub const LAST: StopRule = StopRule {
-    steps: 80,
-    tolerance: 1e-6,
-};
+pub const LAST: StopRule = StopRule::new(80, 1e-6);
 /// The fit of a linear approximation.
-pub const APPROXIMATION: StopRule = StopRule {
-    steps: 40,
-    tolerance: 1e-7,
-};
+pub const APPROXIMATION: StopRule = StopRule::new(40, 1e-7);
 /// The fit of whitened errors.
-pub const EFFICIENT: StopRule = StopRule {
-    steps: 20,
-    tolerance: 1e-7,
-};
+pub const EFFICIENT: StopRule = StopRule::new(20, 1e-7);
 /// Damping of the first step, relative to the normal equations' diagonal, and the smallest. Conventions.
 pub const FIRST_DAMPING: f64 = 1e-3;
 pub const SMALLEST_DAMPING: f64 = 1e-13;

@@ -24,10 +24,7 @@ pub const PASSES: usize = 3;
 /// error is fitted, with none the simulation error, whose landscape is much rougher. As windows that lengthen (Ribeiro et al. 2020).
 pub const CORRECTIONS: [f64; 4] = [0.4, 0.15, 0.05, 0.0];
 /// Steps with all of these shares but the last.
-pub const CORRECTED: StopRule = StopRule {
-    steps: 5,
-    tolerance: 1e-3,
-};
+pub const CORRECTED: StopRule = StopRule::new(5, 1e-3);
 /// The most directions in the state space of the linear approximation that a hidden signal is looked for in.
 pub const MOST_DIRECTIONS: usize = 12;
 /// The starts of every order that are refined; the orders whose best one is refined further, and its pieces then.
@@ -36,18 +33,9 @@ pub const KEPT: usize = 3;
 pub const KEPT_PIECES: usize = 12;
 
 /// Fits of starts, fits that judge a change, and the last one.
-pub const ROUGH: StopRule = StopRule {
-    steps: 10,
-    tolerance: 1e-3,
-};
-pub const TRIAL: StopRule = StopRule {
-    steps: 15,
-    tolerance: 1e-4,
-};
-pub const LAST: StopRule = StopRule {
-    steps: 20,
-    tolerance: 1e-6,
-};
+pub const ROUGH: StopRule = StopRule::new(10, 1e-3);
+pub const TRIAL: StopRule = StopRule::new(15, 1e-4);
+pub const LAST: StopRule = StopRule::new(20, 1e-6);
 /// Last minimisations one after the other, each in coordinates of its own.
 pub const RESTARTS: usize = 2;
 

@@ -27,16 +27,7 @@ pub const ROUNDS: usize = 3;
 /// Passes of the Steiglitz-McBride iteration.
 pub const PASSES: usize = 12;
 /// The fit of the output error to the first samples, and to all.
-pub const FIT: StopRule = StopRule {
-    steps: 20,
-    tolerance: 1e-4,
-};
-pub const LAST: StopRule = StopRule {
-    steps: 80,
-    tolerance: 1e-8,
-};
+pub const FIT: StopRule = StopRule::new(20, 1e-4);
+pub const LAST: StopRule = StopRule::new(80, 1e-8);
 /// The fit to a part of the record, which starts from that to the whole.
-pub const PART: StopRule = StopRule {
-    steps: 6,
-    tolerance: 1e-4,
-};
+pub const PART: StopRule = StopRule::new(6, 1e-4);

@@ -23,10 +23,7 @@ pub const WHITENING_RIDGE: f64 = 1e-4;
 /// Rows whose products are summed at a time, few enough for the processor's cache.
 pub const ROWS_TOGETHER: usize = 64;
 /// The end of a finite impulse response's refinement, which only makes a start.
-pub const IMPULSE_RESPONSE: StopRule = StopRule {
-    steps: 15,
-    tolerance: 1e-3,
-};
+pub const IMPULSE_RESPONSE: StopRule = StopRule::new(15, 1e-3);
 /// Rational fronts that are kept, the best by Schwarz's criterion. They bound the time.
 pub const MOST_FRONTS: usize = 4;
 /// The samples by which the delay stays shorter than that of the first dependence, for the numerators. Convention.

@@ -99,11 +99,20 @@ pub(super) struct Body {
 impl Body {
     /// The inertia in the link's frame.
     pub fn inertia_in_link(&self) -> Inertia {
-        self.inertia.in_parent(&Placement {
-            rotation: self.turn,
-            translation: Vec3::ZERO,
-        })
+        self.inertia.in_parent(&Placement::turned(self.turn))
     }
+}
+
+/// Refuses two links, or two joints, of one name.
+fn check_names(parameters: &ChainParameters) -> Result<()> {
+    let ChainParameters { base_name, links, .. } = parameters;
+    for (i, link) in links.iter().enumerate() {
+        let mut earlier = links[..i].iter();
+        if link.name == *base_name || earlier.any(|l| l.name == link.name || l.joint == link.joint) {
+            return Err(problem(&link.name, ChainProblem::DuplicateName));
+        }
+    }
+    Ok(())
 }
 
 /// A checked chain: what stays the same whatever its state is.
@@ -130,12 +139,7 @@ impl Chain {
     /// has no mass, limits exclude each other, or nothing moves.
     pub fn new(parameters: &ChainParameters) -> Result<Self> {
         let ChainParameters { base_name, links, .. } = parameters;
-        for (i, link) in links.iter().enumerate() {
-            let earlier = || links[..i].iter();
-            if link.name == *base_name || earlier().any(|l| l.name == link.name || l.joint == link.joint) {
-                return Err(problem(&link.name, ChainProblem::DuplicateName));
-            }
-        }
+        check_names(parameters)?;
         for g in parameters.gravity {
             finite("gravity, m/s^2,", g).map_err(|e| problem(base_name, e))?;
         }
@@ -168,15 +172,9 @@ impl Chain {
                 places.push((parent, place));
                 continue;
             }
-            let turn = Placement {
-                rotation: axis_to_z(Vec3::from_slice(&link.axis)),
-                translation: Vec3::ZERO,
-            };
+            let turn = Placement::turned(axis_to_z(Vec3::from_slice(&link.axis)));
             // The link's own frame in the turned one.
-            let inverse = Placement {
-                rotation: turn.rotation.transpose(),
-                translation: Vec3::ZERO,
-            };
+            let inverse = Placement::turned(turn.rotation.transpose());
             places.push((Some(chain.bodies.len()), inverse));
             names.push(&link.name);
             chain.joints.push(link.joint.clone());
@@ -189,18 +187,24 @@ impl Chain {
                 inertia: own.in_parent(&inverse),
             });
         }
-        if chain.bodies.is_empty() {
+        chain.check_masses(base_name, &names)?;
+        Ok(chain)
+    }
+
+    /// Refuses a chain in which nothing moves, or something that moves has no mass; the names are those of the links that move.
+    fn check_masses(&self, base_name: &str, names: &[&String]) -> Result<()> {
+        if self.bodies.is_empty() {
             return Err(problem(base_name, ChainProblem::NothingMoves));
         }
-        for (body, name) in chain.bodies.iter().zip(names) {
+        for (body, name) in self.bodies.iter().zip(names) {
             if !(body.inertia.mass > 0.0) {
                 return Err(problem(name, ChainProblem::Massless));
             }
         }
-        if chain.base == Base::Free && !(chain.base_inertia.mass > 0.0) {
+        if self.base == Base::Free && !(self.base_inertia.mass > 0.0) {
             return Err(problem(base_name, ChainProblem::Massless));
         }
-        Ok(chain)
+        Ok(())
     }
 
     /// How the base moves.

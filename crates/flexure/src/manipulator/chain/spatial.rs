@@ -122,6 +122,14 @@ impl Default for Placement {
 }
 
 impl Placement {
+    /// A frame at the parent's origin, turned.
+    pub fn turned(rotation: Mat3) -> Placement {
+        Placement {
+            rotation,
+            translation: Vec3::ZERO,
+        }
+    }
+
     /// A frame in this one, in this one's parent.
     #[inline(always)]
     pub fn then(&self, inner: &Placement) -> Placement {

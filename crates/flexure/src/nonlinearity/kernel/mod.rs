@@ -2,8 +2,8 @@
 //! $$ m_n(x) = \frac{\sum_i Y_i K((x - X_i)/h)}{\sum_i K((x - X_i)/h)} , $$
 //! and its local linear form (Fan 1993), with weights.
 //!
-//! Theorem 1: let K be bounded, of compact support and bounded away from zero there, and let $h_n \to 0$ and $n h_n^d \to \infty$ (d columns).
-//! Then $m_n(x) \to m(x)$ in probability for almost all x; under a Lipschitz condition of order p, $0 < p \le 1$, with an error of
+//! Theorem 1: let K be bounded, with bounds $c_1 H(|x|) \le K(x) \le c_2 H(|x|)$, where H is bounded, does not increase, and
+//! $t^d H(t) \to 0$; let $h_n \to 0$ and $n h_n^d \to \infty$ (d columns). Then $m_n(x) \to m(x)$ in probability for almost all x; under a Lipschitz condition of order p, $0 < p \le 1$, with an error of
 //! $O(n^{-p/(2p+d)})$. [`study::rates`](crate::study) measures it.
 //!
 //! One column. The data are sorted once ([`sorted`]). Then every point costs O(1), whatever the bandwidth:
