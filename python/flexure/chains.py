@@ -13,7 +13,7 @@ from flexure import _core
 from flexure._arrays import finite_number, samples
 from flexure._core import DataError, ParameterError
 
-__all__ = ["Chain", "Energy", "Momentum"]
+__all__ = ["AccelerationDerivatives", "Chain", "Energy", "Mode", "Momentum", "TorqueDerivatives"]
 
 Array = npt.NDArray[np.float64]
 
@@ -28,6 +28,37 @@ class Energy(NamedTuple):
     """Of the motion."""
     potential: Array
     """In the field of gravity, against the origin of the world; what a fixed base carries does not count."""
+
+
+class TorqueDerivatives(NamedTuple):
+    """How torques change, of shape (..., nv, nv): row i has the derivatives of torque i."""
+
+    by_position: Array
+    """With the position; along a motion of a free base in its own axes."""
+    by_velocity: Array
+    """With the velocity."""
+
+
+class AccelerationDerivatives(NamedTuple):
+    """How accelerations change, of shape (..., nv, nv): row i has the derivatives of acceleration i."""
+
+    by_position: Array
+    """With the position; along a motion of a free base in its own axes."""
+    by_velocity: Array
+    """With the velocity."""
+    by_torque: Array
+    """With the torques: the inverse of the inertia matrix."""
+
+
+class Mode(NamedTuple):
+    """A small vibration about rest."""
+
+    frequency: float
+    """Hz; zero for motion without a spring, NaN where rest is not stable."""
+    damping: float
+    """The share of critical damping by the dampers beside the springs."""
+    shape: Array
+    """Amplitudes of the nv velocities' directions, then of the motors of flexible joints; the largest is 1."""
 
 
 class Momentum(NamedTuple):
@@ -218,6 +249,69 @@ class Chain:
         """
         shape, (q, v, a) = self._states(q=q, v=v, a=a)
         return self._core.regressor(q, v, a).reshape(*shape, self.nv, len(self._core.inertial_parameters))
+
+    def inverse_dynamics_derivatives(self, q: Any, v: Any, a: Any) -> TorqueDerivatives:
+        """How the torques of `inverse_dynamics` change with the state, as Pinocchio's ``computeRNEADerivatives``.
+
+        Raises
+        ------
+        DataError
+            Shapes that do not fit the chain or each other.
+        ParameterError
+            A quaternion of length zero.
+        """
+        shape, (q, v, a) = self._states(q=q, v=v, a=a)
+        found = self._core.inverse_dynamics_derivatives(q, v, a).reshape(*shape, 2, self.nv, self.nv)
+        return TorqueDerivatives(found[..., 0, :, :], found[..., 1, :, :])
+
+    def forward_dynamics_derivatives(self, q: Any, v: Any, tau: Any) -> AccelerationDerivatives:
+        """How the accelerations of `forward_dynamics` change with the state and the torques, as Pinocchio's ``computeABADerivatives``.
+
+        Raises
+        ------
+        DataError
+            Shapes that do not fit the chain or each other.
+        ParameterError
+            A quaternion of length zero.
+        """
+        shape, (q, v, tau) = self._states(q=q, v=v, tau=tau)
+        found = self._core.forward_dynamics_derivatives(q, v, tau).reshape(*shape, 3, self.nv, self.nv)
+        return AccelerationDerivatives(found[..., 0, :, :], found[..., 1, :, :], found[..., 2, :, :])
+
+    def modes(self, q: Any = None, *, motors: Literal["free", "held"] = "free") -> list[Mode]:
+        """The small vibrations about rest, the lowest first: of springs and gravity, without friction.
+
+        The motors hold the links against gravity, and springs have the stiffness that they have there.
+
+        Parameters
+        ----------
+        q : array of shape (nq,), optional
+            The position of rest; `neutral` without it.
+        motors : {"free", "held"}
+            Whether motors turn freely or brakes hold them, and rigid joints too.
+
+        Raises
+        ------
+        ParameterError
+            A free base under gravity, which is never at rest.
+
+        Examples
+        --------
+        >>> from flexure import Chain
+        >>> rod = '''<robot name="pendulum"><link name="world"/><link name="rod"><inertial>
+        ...   <origin xyz="0 0 -0.5"/><mass value="2"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.001"/>
+        ... </inertial></link><joint name="pivot" type="continuous"><parent link="world"/><child link="rod"/><axis xyz="0 1 0"/>
+        ... </joint></robot>'''
+        >>> [round(mode.frequency, 3) for mode in Chain.from_text(rod).modes()]
+        [0.644]
+        """
+        if motors not in ("free", "held"):
+            raise ParameterError(f"motors is {motors!r}, but must be 'free' or 'held'")
+        place = self.neutral if q is None else _vector(q, "q", self.nq)
+        return [
+            Mode(np.sqrt(square) / (2 * np.pi) if square >= 0 else np.nan, damping, np.array(shape))
+            for square, damping, shape in self._core.modes(place.tolist(), motors == "held")
+        ]
 
     def energy(self, q: Any, v: Any) -> Energy:
         """The kinetic and the potential energy, J."""

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use flexure::manipulator::chain::{
-    Base, ChainData, ChainPreset, ChainSimulation, DrivenChain, RotorCoupling, simulate_chain_watched,
+    Base, ChainData, ChainPreset, ChainSimulation, DrivenChain, Motors, RotorCoupling, simulate_chain_watched,
 };
 use flexure::simulation::{Sampling, Tolerances};
 use flexure_io::arm::chain_of_toml;
@@ -208,6 +208,52 @@ impl Chain {
         self.each(py, v.len() / n, width, |data, i, matrix| {
             chain.regressor(data, state(q, i, p), state(v, i, n), state(a, i, n), matrix)
         })
+    }
+
+    /// How torques change with position and velocity: two matrices by rows, of states one after the other.
+    fn inverse_dynamics_derivatives<'py>(
+        &self,
+        py: Python<'py>,
+        q: Column,
+        v: Column,
+        a: Column,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (chain, n, p) = (self.links(), self.links().velocities(), self.links().positions());
+        let (q, v, a) = (q.samples(), v.samples(), a.samples());
+        self.each(py, v.len() / n, 2 * n * n, |data, i, found| {
+            let (by_q, by_v) = found.split_at_mut(n * n);
+            chain.inverse_dynamics_derivatives(data, state(q, i, p), state(v, i, n), state(a, i, n), by_q, by_v)
+        })
+    }
+
+    /// How accelerations change with position, velocity and torques: three matrices by rows, of states one after the other.
+    fn forward_dynamics_derivatives<'py>(
+        &self,
+        py: Python<'py>,
+        q: Column,
+        v: Column,
+        tau: Column,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (chain, n, p) = (self.links(), self.links().velocities(), self.links().positions());
+        let (q, v, tau) = (q.samples(), v.samples(), tau.samples());
+        self.each(py, v.len() / n, 3 * n * n, |data, i, found| {
+            let of = chain.forward_dynamics_derivatives(data, state(q, i, p), state(v, i, n), state(tau, i, n))?;
+            found.copy_from_slice(&[of.by_position, of.by_velocity, of.by_torque].concat());
+            Ok(())
+        })
+    }
+
+    /// The modes near rest at a position, the lowest first: squared frequency, damping ratio and shape of each.
+    fn modes(&self, q: Vec<f64>, held: bool) -> PyResult<Vec<(f64, f64, Vec<f64>)>> {
+        let motors = if held { Motors::Held } else { Motors::Free };
+        let near = self.0.linearised(&mut self.0.data(), &q);
+        let modes = near
+            .and_then(|near| near.modes(motors))
+            .map_err(|error| of_library(&error))?;
+        let parts = modes
+            .into_iter()
+            .map(|mode| (mode.square, mode.damping_ratio, mode.shape));
+        Ok(parts.collect())
     }
 
     /// Kinetic and potential energy of states one after the other.

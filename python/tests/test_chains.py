@@ -35,6 +35,13 @@ def test_batches_are_pinocchios(reference, tmp_path):
     regressor = chain.regressor(q, v, a)
     assert _off(regressor @ chain.inertial_parameters, tau) < 1e-12
     assert _off(regressor @ np.linspace(-1, 1, regressor.shape[-1]), [state["regressed"] for state in states]) < 1e-12
+    along = np.linspace(-1, 1, chain.nv)
+    for name, changes in [
+        ("torque", chain.inverse_dynamics_derivatives(q, v, a)),
+        ("acceleration", chain.forward_dynamics_derivatives(q, v, drive)),
+    ]:
+        for by, matrices in changes._asdict().items():
+            assert _off(matrices @ along, [state[f"{name}_{by}"] for state in states]) < 1e-12
     assert _off(chain.energy(q, v).kinetic, [state["energy"][0] for state in states]) < 1e-12
     np.testing.assert_array_equal(mass[1], chain.mass_matrix(q[1]))
     np.testing.assert_array_equal(chain.forward_dynamics(q, v, drive)[0], chain.forward_dynamics(q[0], v[0], drive[0]))

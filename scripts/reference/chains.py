@@ -80,7 +80,18 @@ def solved(model, q, v, a):
     mass = pin.crba(model, data, q)
     mass = np.triu(mass) + np.triu(mass, 1).T
     regressor = pin.computeJointTorqueRegressor(model, data, q, v, a)
-    return {"regressor": regressor, "tau": tau, "drive": drive, "acceleration": pin.aba(model, data, q, v, drive), "mass": mass}
+    of_torques = pin.computeRNEADerivatives(model, data, q, v, a)[:2]
+    # Of the inverse of the inertia matrix, only the upper half is written.
+    of_accelerations = pin.computeABADerivatives(model, data, q, v, drive)
+    inverse = np.triu(of_accelerations[2]) + np.triu(of_accelerations[2], 1).T
+    derivatives = {
+        "torque_by_position": of_torques[0].copy(),
+        "torque_by_velocity": of_torques[1].copy(),
+        "acceleration_by_position": of_accelerations[0].copy(),
+        "acceleration_by_velocity": of_accelerations[1].copy(),
+        "acceleration_by_torque": inverse,
+    }
+    return {"derivatives": derivatives, "regressor": regressor, "tau": tau, "drive": drive, "acceleration": pin.aba(model, data, q, v, drive), "mass": mass}
 
 
 def written():
@@ -94,10 +105,13 @@ def written():
             for q, v, a in states(of, rng, KEPT_STATES):
                 found = solved(of, q, v, a)
                 data = of.createData()
-                regressor = found.pop("regressor")
+                regressor, derivatives = found.pop("regressor"), found.pop("derivatives")
                 row = {"q": q, "v": v, "a": a, **found, "mass": found["mass"][np.triu_indices(of.nv)]}
                 # The regressor, times parameters that are no inertias.
                 row["regressed"] = regressor @ np.linspace(-1.0, 1.0, regressor.shape[1])
+                # Every derivative along one direction.
+                for name, matrix in derivatives.items():
+                    row[name] = matrix @ np.linspace(-1.0, 1.0, of.nv)
                 row["energy"] = [pin.computeKineticEnergy(of, data, q, v), pin.computePotentialEnergy(of, data, q)]
                 if base == "free":
                     momentum = pin.computeCentroidalMomentum(of, data, q, v)
@@ -113,7 +127,7 @@ def written():
 def measured(count):
     import flexure
 
-    worst = dict.fromkeys(["tau", "acceleration", "mass", "regressor"], 0.0)
+    worst = dict.fromkeys(["tau", "acceleration", "mass", "regressor", "torque's derivatives", "acceleration's derivatives"], 0.0)
     with tempfile.TemporaryDirectory() as folder:
         for number in range(CHAINS):
             path = Path(folder) / "chain.urdf"
@@ -130,12 +144,21 @@ def measured(count):
                     "mass": chain.mass_matrix(q),
                     "regressor": chain.regressor(q, v, a),
                 }
+                for of_what, changes in [
+                    ("torque", chain.inverse_dynamics_derivatives(q, v, a)),
+                    ("acceleration", chain.forward_dynamics_derivatives(q, v, drive)),
+                ]:
+                    for by, matrices in changes._asdict().items():
+                        for mine, row in zip(matrices, theirs):
+                            want = row["derivatives"][f"{of_what}_{by}"]
+                            off = np.abs(mine - want).max() / np.abs(want).max()
+                            worst[f"{of_what}'s derivatives"] = max(worst[f"{of_what}'s derivatives"], off)
                 for name, values in ours.items():
                     for mine, row in zip(values, theirs):
                         off = np.abs(mine - row[name]).max() / np.abs(row[name]).max()
                         worst[name] = max(worst[name], off)
     for name, off in worst.items():
-        print(f"{name:<13} largest relative difference {off:.1e} on {2 * CHAINS * count} states")
+        print(f"{name:<26} largest relative difference {off:.1e} on {2 * CHAINS * count} states")
 
 
 if __name__ == "__main__":

@@ -28,6 +28,11 @@ struct State {
     energy: [f64; 2],
     momentum: Option<[f64; 6]>,
     com: Option<[f64; 3]>,
+    torque_by_position: Vec<f64>,
+    torque_by_velocity: Vec<f64>,
+    acceleration_by_position: Vec<f64>,
+    acceleration_by_velocity: Vec<f64>,
+    acceleration_by_torque: Vec<f64>,
 }
 
 /// The largest difference, relative to the largest value.
@@ -72,6 +77,23 @@ fn chains_move_as_by_pinocchio() {
             let rows = regressor.chunks(columns).map(|row| row.iter().enumerate());
             let regressed: Vec<f64> = rows.map(|row| row.map(|(k, y)| y * number(k)).sum()).collect();
             assert!(off(&regressed, &state.regressed) < 1e-12, "{regressed:?}");
+            let along = |matrix: &[f64]| -> Vec<f64> {
+                let number = |k: usize| 2.0 * k as f64 / (n - 1) as f64 - 1.0;
+                let rows = matrix.chunks(n).map(|row| row.iter().enumerate());
+                rows.map(|row| row.map(|(k, y)| y * number(k)).sum()).collect()
+            };
+            let (mut by_q, mut by_v) = (vec![0.0; n * n], vec![0.0; n * n]);
+            chain
+                .inverse_dynamics_derivatives(&mut data, q, v, &state.a, &mut by_q, &mut by_v)
+                .unwrap();
+            assert!(off(&along(&by_q), &state.torque_by_position) < 1e-12);
+            assert!(off(&along(&by_v), &state.torque_by_velocity) < 1e-12);
+            let found = chain
+                .forward_dynamics_derivatives(&mut data, q, v, &state.drive)
+                .unwrap();
+            assert!(off(&along(&found.by_position), &state.acceleration_by_position) < 1e-12);
+            assert!(off(&along(&found.by_velocity), &state.acceleration_by_velocity) < 1e-12);
+            assert!(off(&along(&found.by_torque), &state.acceleration_by_torque) < 1e-12);
             let energy = chain.energy(&mut data, q, v).unwrap();
             assert!(off(&[energy.kinetic], &state.energy[..1]) < 1e-12);
             let Some(want) = state.momentum else { continue };

@@ -224,36 +224,9 @@ fn stiffness_factor(law: &Stiffness, d: Jet) -> Jet {
     factor
 }
 
-/// Steps of Newton's method; from the linear solution the elastic torque of a spring that hardens needs a dozen at most.
-const NEWTON_STEPS: usize = 60;
-
-/// The deflection at which the spring has this elastic torque; none where its tangent is not positive.
+/// The deflection at which the spring has this elastic torque; none where it does not harden throughout.
 pub fn deflection(law: &Stiffness, torque: Jet) -> Option<Jet> {
-    let wanted = torque.value();
-    // The torque increases with the deflection, at least as steeply as the weakest tangent; bisection safeguards Newton's steps.
-    let softest = law.linear - law.windup;
-    if !(softest > 0.0 && wanted.is_finite()) {
-        return None;
-    }
-    let (mut low, mut high) = (-wanted.abs() / softest, wanted.abs() / softest);
-    let mut d = wanted / law.linear;
-    for _ in 0..NEWTON_STEPS {
-        let excess = law.torque(d) - wanted;
-        match excess > 0.0 {
-            true => high = d,
-            false => low = d,
-        }
-        let next = d - excess / law.tangent(d);
-        let next = if next > low && next < high {
-            next
-        } else {
-            0.5 * (low + high)
-        };
-        if (next - d).abs() <= 1e-16 * d.abs() {
-            break;
-        }
-        d = next;
-    }
+    let d = law.deflection(torque.value())?;
     let mut series = Jet::constant(d);
     let tangent = Jet::constant(1.0 / law.tangent(d));
     // The slope at the value alone settles one more coefficient each time.

@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Steps of Newton's method; from the linear solution the elastic torque of a spring that hardens needs a dozen at most.
+const NEWTON_STEPS: usize = 60;
+
 /// The elastic torque of a joint against its deflection `d = qm - q`, equations (10)-(11):
 ///
 /// \\[\kappa(d) = a_1 d^3 + a_2 d - k_{sw} e^{-a_{sw} d^2} d\\]
@@ -30,6 +33,35 @@ impl Stiffness {
     pub fn tangent(&self, d: f64) -> f64 {
         let z = self.windup_sharpness * d * d;
         3.0 * self.cubic * d * d + self.linear - self.windup * (-z).exp() * (1.0 - 2.0 * z)
+    }
+
+    /// The deflection at which the spring has this elastic torque; none where it does not harden throughout.
+    pub(crate) fn deflection(&self, torque: f64) -> Option<f64> {
+        // The torque increases with the deflection, at least as steeply as the weakest tangent; bisection safeguards Newton's steps.
+        let softest = self.linear - self.windup;
+        if !(softest > 0.0 && torque.is_finite()) {
+            return None;
+        }
+        let (mut low, mut high) = (-torque.abs() / softest, torque.abs() / softest);
+        let mut d = torque / self.linear;
+        for _ in 0..NEWTON_STEPS {
+            let excess = self.torque(d) - torque;
+            match excess > 0.0 {
+                true => high = d,
+                false => low = d,
+            }
+            let next = d - excess / self.tangent(d);
+            let next = if next > low && next < high {
+                next
+            } else {
+                0.5 * (low + high)
+            };
+            if (next - d).abs() <= 1e-16 * d.abs() {
+                break;
+            }
+            d = next;
+        }
+        Some(d)
     }
 
     /// The elastic energy, J, zero at `d = 0`: the integral of the torque,

@@ -1,5 +1,6 @@
 //! What the passes write while they compute, made once and used again: no call allocates.
 
+use super::derivatives::Tangent;
 use super::model::{Base, Body, Chain};
 use super::spatial::{Articulated, Inertia, Placement, Spatial};
 use super::vector::{Mat3, Vec3};
@@ -10,6 +11,7 @@ use crate::error::{Error, Result};
 pub struct ChainData {
     pub(super) base: BodyData,
     pub(super) bodies: Vec<BodyData>,
+    pub(super) tangents: Vec<Tangent>,
 }
 
 /// What the passes know of a body, in its own frame.
@@ -36,6 +38,7 @@ impl Chain {
         ChainData {
             base: BodyData::default(),
             bodies: vec![BodyData::default(); self.bodies.len()],
+            tangents: vec![Tangent::default(); self.bodies.len()],
         }
     }
 

@@ -101,7 +101,7 @@ pub(super) struct RotorTerm {
 /// The work space of a [`DrivenChain`]; of one thread at a time.
 #[derive(Debug, Clone)]
 pub struct DrivenData {
-    chain: ChainData,
+    pub(super) chain: ChainData,
     forces: Vec<f64>,
     terms: Vec<RotorTerm>,
     drive: Vec<f64>,
@@ -196,6 +196,13 @@ impl DrivenChain {
     /// The number of values of a state.
     pub fn dimension(&self) -> usize {
         self.chain.positions() + self.chain.velocities() + 2 * self.flexible
+    }
+
+    /// The tangent of a flexible joint's spring where it holds a torque, and the damper beside it.
+    pub(super) fn spring_at(&self, joint: usize, torque: f64) -> Option<(f64, f64)> {
+        let drive = &self.drives[joint];
+        let deflection = drive.stiffness.deflection(torque)?;
+        Some((drive.stiffness.tangent(deflection), drive.damping))
     }
 
     /// A work space for this chain.

@@ -66,7 +66,7 @@ fn two_planar_links_are_the_two_link_arm_in_every_kind() {
 }
 
 /// Drives of all kinds, one a joint.
-fn drives(draw: &mut Draw, joints: usize, rubbing: bool) -> Vec<ChainDrive> {
+pub(super) fn random_drives(draw: &mut Draw, joints: usize, rubbing: bool) -> Vec<ChainDrive> {
     let kinds = [JointKind::Rigid, JointKind::Linear, JointKind::Nonlinear];
     (0..joints)
         .map(|i| {
@@ -105,7 +105,7 @@ proptest! {
         };
         let draw = &mut Draw(seed ^ 9);
         let chain = Chain::new(&parameters).unwrap();
-        let drives = drives(draw, chain.joints().len(), rubbing);
+        let drives = random_drives(draw, chain.joints().len(), rubbing);
         let chain = DrivenChain::new(chain, &drives, COUPLINGS[which]).unwrap();
         let (mut data, n, first) = (chain.data(), chain.chain().velocities(), chain.chain().first());
         let x = draw.vector(chain.dimension());
@@ -160,7 +160,7 @@ proptest! {
             }).collect();
             DrivenChain::new(chain.clone(), &drives, COUPLINGS[which]).unwrap()
         };
-        let drives = drives(draw, joints, true);
+        let drives = random_drives(draw, joints, true);
         let (rigid, flexible) = (of(JointKind::Rigid, &drives), of(JointKind::Linear, &drives));
         let (q, v, tau) = (draw.vector(chain.positions()), draw.vector(n), draw.vector(n));
         let (mut data, mut want) = (rigid.data(), vec![0.0; n]);

@@ -7,6 +7,8 @@
 //! | get torques from accelerations | [`Chain::inverse_dynamics`] |
 //! | get the inertia matrix | [`Chain::mass_matrix`] |
 //! | get the torques as linear in the links' inertias | [`Chain::regressor`], [`Chain::inertial_parameters`] |
+//! | get the derivatives of torques and accelerations | [`Chain::inverse_dynamics_derivatives`], [`Chain::forward_dynamics_derivatives`] |
+//! | get the vibrations about rest | [`DrivenChain::linearised`], [`LinearisedChain::modes`] |
 //! | give its joints motors, springs and friction | [`DrivenChain`], [`ChainDrive`] |
 //! | run it in time | [`simulate_chain`] |
 //! | take one that is ready to use | [`ChainPreset`] |
@@ -49,9 +51,13 @@
 mod aba;
 mod crba;
 mod data;
+mod derivatives;
+#[cfg(test)]
+mod derivatives_tests;
 mod drives;
 #[cfg(test)]
 mod drives_tests;
+mod linearised;
 mod model;
 mod presets;
 mod problem;
@@ -66,7 +72,9 @@ mod tests;
 mod vector;
 
 pub use data::ChainData;
+pub use derivatives::ForwardDerivatives;
 pub use drives::{ChainDrive, DrivenChain, DrivenData, DrivenState, RotorCoupling};
+pub use linearised::{ChainMode, LinearisedChain, Motors};
 pub use model::{Base, Chain, ChainLink, ChainParameters, JointMotion, LinkInertia};
 pub use presets::ChainPreset;
 pub use problem::ChainProblem;
