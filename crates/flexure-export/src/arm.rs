@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use flexure::manipulator::{Arm, JointKind};
+use flexure::simulation::{SOLUTION, STAGES};
 use flexure_io::ModelFile;
 use flexure_io::arm::ArmFile;
 use minijinja::context;
@@ -12,7 +13,8 @@ use crate::{Artefact, Format, Options, destination, fmu, header_name, name, text
 
 /// The integrator's step beside the fastest time constant of the arm: 0.1 leaves an error below 1e-6 of the motion (measured by
 /// `the_exported_arm_moves_as_the_simulated_one`).
-const SHARE: f64 = 0.1;
+const SHARE: f64 = 0.1; // EXPERIMENT
+fn share() -> f64 { std::env::var("SHARE").ok().and_then(|v| v.parse().ok()).unwrap_or(SHARE) }
 /// The most steps a sample.
 const MOST_STEPS: f64 = 1e5;
 
@@ -33,7 +35,7 @@ const OUTPUTS: [(&str, &str); 8] = [
 /// # Errors
 /// As [`export`](crate::export); [`Error::Model`] for another format, and for an arm too stiff for its sample time.
 pub fn export_arm(file: &ArmFile, out: &Path, options: Options<'_>) -> Result<Vec<Artefact>> {
-    if !matches!(options.format, Format::C | Format::Fmu) {
+    if !options.format.takes_arms() {
         return Err(Error::Model("an arm goes to C and FMU alone".to_owned()));
     }
     let (path, name) = destination(out, options.format.extension(), options.name)?;
@@ -44,7 +46,7 @@ pub fn export_arm(file: &ArmFile, out: &Path, options: Options<'_>) -> Result<Ve
         _ => header_name(&path)?,
     };
     let sample_time = file.run.sample_time;
-    let steps = (sample_time * fastest(&arm) / SHARE).ceil().max(1.0);
+    let steps = (sample_time * fastest(&arm) / share()).ceil().max(1.0);
     if !(steps <= MOST_STEPS) {
         let problem = format!(
             "its fastest motion needs {steps} steps of the integrator a sample of {sample_time} s; give a shorter sample time in [run]"
@@ -99,6 +101,8 @@ pub fn export_arm(file: &ArmFile, out: &Path, options: Options<'_>) -> Result<Ve
         name => &name,
         about => &about,
         header => file_name,
+        stages => STAGES.map(|row| literals(&row)),
+        solution => literals(&SOLUTION),
         links => literals(&[links.shoulder, links.elbow, links.coupling]),
         motor => literals(&motor),
         coupling => format!("{coupling:?}"),

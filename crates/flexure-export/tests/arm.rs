@@ -90,6 +90,7 @@ fn the_exported_arm_moves_as_the_simulated_one() {
                     largest = largest.max((found[8 * k + i] - value).abs() / scale);
                 }
             }
+            println!("{model} {locked:?}: {largest:.1e}");
             assert!(largest < 1e-6, "{model} {locked:?}: {largest:e}");
         }
     }

@@ -182,9 +182,27 @@ fn a_bad_message_is_refused_with_its_topic_and_place() {
     assert!(read(fixture("bags/short.mcap"), Some("/probe"), None).is_ok());
     assert_eq!(
         refused(fixture("bags/truncated.mcap"), Some("/joint_states"), None),
-        "truncated.mcap is truncated: it ends within the record that begins at byte 7770; `mcap recover` saves what is there; copy or save it again"
+        "truncated.mcap is truncated: it ends within the record that begins at byte 7770, after a message of topic /probe; `mcap recover` saves what is there; copy or save it again"
     );
     let folder = directory("bad_bags");
+    let path = folder.join("cut.db3");
+    let whole = std::fs::read(fixture("bags/plain.db3")).unwrap();
+    std::fs::write(&path, &whole[..20_000]).unwrap();
+    assert_eq!(
+        refused(&path, Some("/force"), None),
+        "cut.db3 is truncated: it ends at byte 20000 of 45056, so that none of its topics can be told; `sqlite3 FILE .recover` saves what is \
+         there; copy or save it again"
+    );
+    // A page of messages that is overwritten.
+    let mut changed = whole;
+    let at = changed.windows(8).rposition(|w| w == b"shoulder").unwrap() / 4096 * 4096;
+    changed[at..at + 4096].fill(0xff);
+    std::fs::write(&path, changed).unwrap();
+    let said = refused(&path, Some("/joint_states"), None);
+    assert!(
+        said.contains("topic /joint_states, after the message at row ") && said.contains("malformed"),
+        "{said}"
+    );
     let bytes = std::fs::read(fixture("bags/loose.mcap")).unwrap();
     let path = folder.join("changed.mcap");
     // The first message of the joints: its encapsulation becomes that of XCDR2.
