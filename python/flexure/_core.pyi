@@ -61,6 +61,7 @@ def read_record(
     header: bool | None = None,
     skip_lines: int = 0,
     time_format: str | None = None,
+    memory: int | None = None,
 ) -> tuple[dict[str, _Array], list[str]]: ...
 def identify_joint(
     torque: Sequence[_Array],

@@ -14,11 +14,13 @@ import numpy as np
 import numpy.typing as npt
 
 from flexure import _core
-from flexure._core import FileError
+from flexure._core import FileError, ParameterError
 
 __all__ = ["read"]
 
 _log = logging.getLogger(__name__)
+
+_SEPARATORS = {None: None, "comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 
 
 def read(
@@ -26,11 +28,12 @@ def read(
     *,
     topic: str | None = None,
     joint: str | None = None,
-    separator: str | None = None,
+    separator: Literal["comma", "semicolon", "tab", "space"] | None = None,
     decimal: Literal["point", "comma"] | None = None,
     header: bool | None = None,
     skip_lines: int = 0,
     time_format: str | None = None,
+    memory: int | None = None,
 ) -> dict[str, npt.NDArray[np.float64]]:
     """The columns of a record by their names, as ``fit`` and the functions of `flexure.prepare` take them. A missing sample is NaN.
 
@@ -47,8 +50,10 @@ def read(
         The joint of a topic of ``sensor_msgs/JointState``: the columns are ``position``, ``velocity`` and ``effort``. By default all
         joints, each with its name before that.
     separator, decimal, header, skip_lines, time_format:
-        How a text file is read, where it leaves that open: the character between two fields, the decimal sign, whether the first line
+        How a text file is read, where it leaves that open: what is between two fields, the decimal sign, whether the first line
         has the names, lines to leave out before the table, the format of time stamps that are not ISO 8601.
+    memory:
+        The most memory that the record may take, bytes; by default 4 GiB, or half of the free memory where that is less.
 
     Raises
     ------
@@ -61,11 +66,25 @@ def read(
     >>> log = flexure.read("log.mcap", joint="elbow")  # doctest: +SKIP
     >>> joint = flexure.identify_joint(log["effort"], log["position"], dt=0.005)  # doctest: +SKIP
     """
+    if separator not in _SEPARATORS:
+        raise ParameterError(f"separator is {separator!r}, but must be comma, semicolon, tab or space")
+    text = (_SEPARATORS[separator], decimal, header, skip_lines, time_format)
     try:
-        columns, notes = _core.read_record(path, topic, joint, separator, decimal, header, skip_lines, time_format)
+        columns, notes = _core.read_record(path, topic, joint, *text, memory)
     except FileError as error:
-        # The options of the command line are arguments here.
-        raise FileError(re.sub(r"--([a-z]+)(?:-([a-z]+))?", lambda m: "_".join(filter(None, m.groups())) + "=", str(error))) from None
+        raise FileError(_as_arguments(str(error))) from None
     for note in notes:
         _log.info("%s: %s", os.fspath(path), note)
     return columns
+
+
+def _as_arguments(message: str) -> str:
+    """What the command line calls options are arguments here."""
+    message = message.replace("--memory SIZE (such as 8GiB)", "memory=BYTES")
+
+    def argument(found: re.Match[str]) -> str:
+        name, value = found[1].replace("-", "_"), found[2] or ""
+        words = {"yes": "True", "no": "False", "comma": "'comma'", "point": "'point'"}
+        return f"{name}={words.get(value, value)}"
+
+    return re.sub(r"--([a-z]+(?:-[a-z]+)*)(?: (comma|point|yes|no|N|\d+)\b)?", argument, message)

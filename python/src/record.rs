@@ -13,7 +13,7 @@ use crate::run::interruptible;
 
 /// Reads a record: its columns, and what was decided.
 #[pyfunction]
-#[pyo3(signature = (path, topic=None, joint=None, separator=None, decimal=None, header=None, skip_lines=0, time_format=None))]
+#[pyo3(signature = (path, topic=None, joint=None, separator=None, decimal=None, header=None, skip_lines=0, time_format=None, memory=None))]
 #[allow(clippy::too_many_arguments)] // The options of the command line.
 pub fn read_record<'py>(
     py: Python<'py>,
@@ -25,6 +25,7 @@ pub fn read_record<'py>(
     header: Option<bool>,
     skip_lines: u64,
     time_format: Option<String>,
+    memory: Option<u64>,
 ) -> PyResult<(Bound<'py, PyDict>, Vec<String>)> {
     let signs = |name: &str| match name {
         "point" => Some(Decimal::Point),
@@ -40,7 +41,7 @@ pub fn read_record<'py>(
         time_format,
         topic,
         joint,
-        memory: None,
+        memory,
     };
     let file = interruptible(py, move |_| options.read(path))?;
     let file = file.map_err(|error| of_any(&error.into()))?;

@@ -170,7 +170,7 @@ def test_a_group_of_hdf5_and_a_text_are_read(tmp_path):
         flexure.read(tmp_path / "h.h5")
     assert list(flexure.read(tmp_path / "h.h5", topic="axis")["axis/q"]) == [0, 1, 2, 3, 4]
     (tmp_path / "r.csv").write_text("u;y\n1,250;2,125\n1,500;2,250\n")
-    with pytest.raises(flexure.FileError, match="decimal= comma"):
+    with pytest.raises(flexure.FileError, match="say decimal='comma' \\(1,250 is 1.25\\) or decimal='point'"):
         flexure.read(tmp_path / "r.csv")
     found = flexure.read(tmp_path / "r.csv", decimal="comma")
     assert {name: list(values) for name, values in found.items()} == {"u": [1.25, 1.5], "y": [2.125, 2.25]}

@@ -11,10 +11,11 @@ use minijinja::context;
 use crate::error::{Error, Result};
 use crate::{Artefact, Format, Options, destination, fmu, header_name, name, text};
 
-/// The integrator's step beside the fastest time constant of the arm: 0.1 leaves an error below 1e-6 of the motion (measured by
-/// `the_exported_arm_moves_as_the_simulated_one`).
-const SHARE: f64 = 0.1; // EXPERIMENT
-fn share() -> f64 { std::env::var("SHARE").ok().and_then(|v| v.parse().ok()).unwrap_or(SHARE) }
+/// The integrator's step beside the fastest time constant of the arm: 0.3 leaves an error below 1e-9 of the motion (measured by
+/// `the_exported_arm_moves_as_the_simulated_one`); 0.6 leaves 6e-9.
+const SHARE: f64 = 0.3;
+/// The speed of the joints up to which that holds, rad/s: convention.
+const SPEED: f64 = 20.0;
 /// The most steps a sample.
 const MOST_STEPS: f64 = 1e5;
 
@@ -46,7 +47,7 @@ pub fn export_arm(file: &ArmFile, out: &Path, options: Options<'_>) -> Result<Ve
         _ => header_name(&path)?,
     };
     let sample_time = file.run.sample_time;
-    let steps = (sample_time * fastest(&arm) / share()).ceil().max(1.0);
+    let steps = (sample_time * fastest(&arm) / SHARE).ceil().max(1.0);
     if !(steps <= MOST_STEPS) {
         let problem = format!(
             "its fastest motion needs {steps} steps of the integrator a sample of {sample_time} s; give a shorter sample time in [run]"
@@ -93,7 +94,12 @@ pub fn export_arm(file: &ArmFile, out: &Path, options: Options<'_>) -> Result<Ve
     let about = [
         format!("A two-link arm, written by Flexure {}.", ModelFile::CURRENT),
         format!("One step is one sample of {sample_time:?} s. Call it at this rate."),
-        format!("Inside, the method of Runge and Kutta of order 4 takes {steps} steps a sample."),
+        format!(
+            "Inside, the method of Dormand and Prince of order 8 takes {steps} steps a sample, so that a step is at most {SHARE:?} of the \
+             arm's fastest time constant, for joints of up to {SPEED:?} rad/s."
+        ),
+        "The state agrees with flexure simulate at rtol 1e-12 to 1e-9 of its largest value, on the arms of Flexure's tests."
+            .to_owned(),
     ];
     let about = about.map(|line| name::plain(&line));
     let own = context! {
@@ -136,7 +142,8 @@ pub fn export_arm(file: &ArmFile, out: &Path, options: Options<'_>) -> Result<Ve
     ])
 }
 
-/// An upper bound of how fast the arm's motion can change, 1/s: the steepest friction, and the stiffest spring, on the least inertia.
+/// An upper bound of how fast the arm's motion can change, 1/s: the steepest friction, and the stiffest spring, on the least inertia, beside
+/// the speed of its joints.
 fn fastest(arm: &Arm) -> f64 {
     let joints = arm.parameters().joints;
     let links = arm.link_dynamics();
@@ -157,5 +164,5 @@ fn fastest(arm: &Arm) -> f64 {
         let rub = slope(arm.friction()[i].0) / link + slope(arm.motor_friction()[i].0) / motor;
         rub + joints[i].damping * (1.0 / link + 1.0 / motor) + (spring * (1.0 / link + 1.0 / motor)).sqrt()
     });
-    rates[0].max(rates[1])
+    SPEED + rates[0].max(rates[1])
 }

@@ -173,6 +173,24 @@ fn several_topics_are_listed_and_none_is_guessed() {
 }
 
 #[test]
+fn the_folder_of_a_bag_is_its_file() {
+    let folder = directory("bag_folder");
+    let files = ["a_0.mcap", "a_1.mcap"].map(|name| folder.join(name));
+    let _ = std::fs::remove_file(&files[1]);
+    std::fs::write(folder.join("metadata.yaml"), "").unwrap();
+    std::fs::copy(fixture("bags/plain.mcap"), &files[0]).unwrap();
+    let file = read(&folder, Some("/force"), None).unwrap();
+    assert_eq!(file.path, files[0]);
+    assert_eq!(file.notes[0], format!("{} is read", files[0].display()));
+    assert_eq!(file.record, read(&files[0], Some("/force"), None).unwrap().record);
+    std::fs::copy(&files[0], &files[1]).unwrap();
+    assert_eq!(
+        refused(&folder, Some("/force"), None),
+        "bag_folder cannot be read as a ROS 2 bag: the folder has several files of bags (a_0.mcap, a_1.mcap); give one of them"
+    );
+}
+
+#[test]
 fn a_bad_message_is_refused_with_its_topic_and_place() {
     assert_eq!(
         refused(fixture("bags/short.mcap"), Some("/joint_states"), None),

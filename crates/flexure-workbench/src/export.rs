@@ -75,7 +75,7 @@ pub fn exportable(path: &Path) -> Result<ModelFile> {
 /// The surface through y on the grid of the columns of x.
 fn surface(file: &RecordFile, names: &[String]) -> Result<Surface> {
     let y = file.finite(BEHIND[0]).context("a surface needs a value at every point of its grid; regress on fewer columns, or on more rows")?;
-    let (mut axes, mut index) = (Vec::new(), vec![0; y.len()]);
+    let (mut axes, mut index) = (Vec::new(), vec![0_usize; y.len()]);
     for name in names {
         let x = file.finite(name)?;
         let mut points = x.to_vec();
