@@ -89,15 +89,26 @@ fn a_regression_on_two_columns_is_a_surface() {
         let (a, b) = (4.0 * noise(k, 0.618_034) - 2.0, 3.0 * noise(k, 0.754_878));
         format!("{a},{b},{}\n", (1.5 * a).sin() + 0.3 * a * b)
     };
-    folder.write("r.csv", &("a,b,z\n".to_owned() + &(0..900).map(row).collect::<String>()));
-    folder.write("at.csv", &("a,b,z\n".to_owned() + &(900..1000).map(row).collect::<String>()));
+    folder.write(
+        "r.csv",
+        &("a,b,z\n".to_owned() + &(0..900).map(row).collect::<String>()),
+    );
+    folder.write(
+        "at.csv",
+        &("a,b,z\n".to_owned() + &(900..1000).map(row).collect::<String>()),
+    );
     let regress = "regress r.csv --x a,b --y z --band-method none --bandwidth 0.5,0.5";
     folder.done(&format!("{regress} -o surface.csv"));
     folder.done(&format!("{regress} --outside nearest --at at.csv -o found.csv"));
     folder.done(&format!("{regress} --outside nearest --at surface.csv -o grid.csv"));
     folder.done("export surface.csv --to python -o surface.py");
     let text = folder.read("surface.py");
-    for said in ["Input 0: a.", "Input 1: b.", "Output: y.", "a surface of cubic splines over"] {
+    for said in [
+        "Input 0: a.",
+        "Input 1: b.",
+        "Output: y.",
+        "a surface of cubic splines over",
+    ] {
         assert!(text.contains(said), "{said}");
     }
     let code = "
@@ -131,15 +142,30 @@ fn what_is_no_grid_is_no_surface() {
     let even = grid(f64::from);
     let lines: Vec<&str> = even.lines().collect();
     for (text, message) in [
-        (grid(|k| f64::from(k * k)), "a grid of four evenly spaced values or more of 'a'"),
-        (grid(|k| f64::from(k % 2)), "a grid of four evenly spaced values or more of 'a'"),
+        (
+            grid(|k| f64::from(k * k)),
+            "a grid of four evenly spaced values or more of 'a'",
+        ),
+        (
+            grid(|k| f64::from(k % 2)),
+            "a grid of four evenly spaced values or more of 'a'",
+        ),
         (lines[..24].join("\n"), "every point of its grid, each once"),
-        (even.replace("3,3,18,", "3,3,,"), "a surface needs a value at every point of its grid"),
-        (even.replace("lower", "below"), "a surface has its columns of x, then y, lower and upper"),
+        (
+            even.replace("3,3,18,", "3,3,,"),
+            "a surface needs a value at every point of its grid",
+        ),
+        (
+            even.replace("lower", "below"),
+            "a surface has its columns of x, then y, lower and upper",
+        ),
     ] {
         folder.write("s.csv", &text);
         let outcome = folder.run("export s.csv --to c -o s.c");
-        assert!(outcome.code == Some(1) && outcome.stderr.contains(message), "{message}: {outcome:?}");
+        assert!(
+            outcome.code == Some(1) && outcome.stderr.contains(message),
+            "{message}: {outcome:?}"
+        );
     }
     // In any order of the rows.
     folder.write("s.csv", &[&lines[..1], &lines[13..], &lines[1..13]].concat().join("\n"));

@@ -47,7 +47,7 @@ pub fn export_arm(file: &ArmFile, out: &Path, options: Options<'_>) -> Result<Ve
         _ => header_name(&path)?,
     };
     let sample_time = file.run.sample_time;
-    let steps = (sample_time * fastest(&arm) / SHARE).ceil().max(1.0);
+    let steps = (sample_time * fastest(&arm) / SHARE).ceil();
     if !(steps <= MOST_STEPS) {
         let problem = format!(
             "its fastest motion needs {steps} steps of the integrator a sample of {sample_time} s; give a shorter sample time in [run]"
@@ -95,10 +95,10 @@ pub fn export_arm(file: &ArmFile, out: &Path, options: Options<'_>) -> Result<Ve
         format!("A two-link arm, written by Flexure {}.", ModelFile::CURRENT),
         format!("One step is one sample of {sample_time:?} s. Call it at this rate."),
         format!(
-            "Inside, the method of Dormand and Prince of order 8 takes {steps} steps a sample, so that a step is at most {SHARE:?} of the \
-             arm's fastest time constant, for joints of up to {SPEED:?} rad/s."
+            "Inside, the method of Dormand and Prince of order 8 takes steps of one length, {steps} a sample: a step is at most {SHARE:?} of \
+             the fastest time constant of the arm, its joints turning at {SPEED:?} rad per s."
         ),
-        "The state agrees with flexure simulate at rtol 1e-12 to 1e-9 of its largest value, on the arms of Flexure's tests."
+        "The state agrees with flexure simulate at rtol 1e-12 to 1e-9 of its largest value on the arms that Flexure is tested with."
             .to_owned(),
     ];
     let about = about.map(|line| name::plain(&line));
@@ -148,12 +148,19 @@ fn fastest(arm: &Arm) -> f64 {
     let joints = arm.parameters().joints;
     let links = arm.link_dynamics();
     let swing = links.coupling.abs();
-    // The least eigenvalue of the inertia matrix is at least its determinant by its trace.
+    // Of two links that move, the least eigenvalue of the inertia matrix is at least its determinant by its trace.
     let trace = links.shoulder + 2.0 * swing + links.elbow;
     let determinant = links.shoulder * links.elbow - links.elbow * links.elbow - swing * swing;
-    let link = (determinant / trace).max(links.elbow * 1e-3);
+    let link = match joints.map(|joint| joint.locked) {
+        [false, false] => (determinant / trace).max(links.elbow * 1e-3),
+        [_, true] => links.shoulder - 2.0 * swing,
+        [true, false] => links.elbow,
+    };
+    if !(link > 0.0) {
+        return f64::INFINITY;
+    }
     let slope = |g: [f64; 6]| g[0] * (g[1] - g[2]).abs() + g[3] * g[4] + g[5];
-    let rates = [0, 1].map(|i| {
+    let rate = |i: usize| {
         let motor = match arm.model() {
             JointKind::Rigid => link,
             _ => joints[i].motor_inertia,
@@ -163,6 +170,7 @@ fn fastest(arm: &Arm) -> f64 {
         let spring = s.linear + 3.0 * s.cubic * 0.09;
         let rub = slope(arm.friction()[i].0) / link + slope(arm.motor_friction()[i].0) / motor;
         rub + joints[i].damping * (1.0 / link + 1.0 / motor) + (spring * (1.0 / link + 1.0 / motor)).sqrt()
-    });
-    SPEED + rates[0].max(rates[1])
+    };
+    let free = (0..2).filter(|&i| !joints[i].locked);
+    SPEED + free.map(rate).fold(0.0, f64::max)
 }

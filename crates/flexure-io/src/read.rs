@@ -58,7 +58,7 @@ impl ReadOptions {
     fn read_as_written(&self, path: &Path) -> Result<RecordFile> {
         if let Some(only) = bag::only_file(path)? {
             let mut file = self.read_as_written(&only)?;
-            file.notes.insert(0, format!("{} is read", only.display()));
+            file.notes.insert(0, "the only bag of the folder is read".to_owned());
             return Ok(file);
         }
         let (path, source) = match path.as_os_str() == "-" {

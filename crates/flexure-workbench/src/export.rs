@@ -69,12 +69,19 @@ pub fn exportable(path: &Path) -> Result<ModelFile> {
         let why = "the first column must increase from row to row";
         anyhow::anyhow!("{}: no curve ({error}); {why}", path.display())
     })?;
-    Ok(memoryless("curve", std::slice::from_ref(input), output, Block::Static(curve)))
+    Ok(memoryless(
+        "curve",
+        std::slice::from_ref(input),
+        output,
+        Block::Static(curve),
+    ))
 }
 
 /// The surface through y on the grid of the columns of x.
 fn surface(file: &RecordFile, names: &[String]) -> Result<Surface> {
-    let y = file.finite(BEHIND[0]).context("a surface needs a value at every point of its grid; regress on fewer columns, or on more rows")?;
+    let y = file
+        .finite(BEHIND[0])
+        .context("a surface needs a value at every point of its grid; regress on fewer columns, or on more rows")?;
     let (mut axes, mut index) = (Vec::new(), vec![0_usize; y.len()]);
     for name in names {
         let x = file.finite(name)?;
@@ -82,7 +89,8 @@ fn surface(file: &RecordFile, names: &[String]) -> Result<Surface> {
         points.sort_unstable_by(f64::total_cmp);
         points.dedup();
         let (low, high, pieces) = (points[0], points[points.len() - 1], points.len() - 1);
-        let even = |(i, p): (usize, &f64)| (p - low - (high - low) * i as f64 / pieces as f64).abs() <= UNEVEN * (high - low);
+        let even =
+            |(i, p): (usize, &f64)| (p - low - (high - low) * i as f64 / pieces as f64).abs() <= UNEVEN * (high - low);
         if pieces < 3 || !points.iter().enumerate().all(even) {
             bail!(
                 "{}: a surface needs a grid of four evenly spaced values or more of '{name}', as flexure regress writes without --at",
@@ -90,14 +98,21 @@ fn surface(file: &RecordFile, names: &[String]) -> Result<Surface> {
             );
         }
         for (index, x) in index.iter_mut().zip(x) {
-            *index = index.wrapping_mul(points.len()).wrapping_add(points.partition_point(|p| p < x));
+            *index = index
+                .wrapping_mul(points.len())
+                .wrapping_add(points.partition_point(|p| p < x));
         }
         axes.push(SurfaceAxis { low, high, pieces });
     }
     let mut order: Vec<usize> = (0..y.len()).collect();
     order.sort_unstable_by_key(|&row| index[row]);
-    if !order.iter().enumerate().all(|(i, &row)| index[row] == i) {
-        bail!("{}: a surface needs every point of its grid, each once", file.path.display());
+    let points = |axis: &SurfaceAxis| axis.pieces + 1;
+    let whole = axes.iter().map(points).fold(1, usize::saturating_mul) == y.len();
+    if !(whole && order.iter().enumerate().all(|(i, &row)| index[row] == i)) {
+        bail!(
+            "{}: a surface needs every point of its grid, each once",
+            file.path.display()
+        );
     }
     let values: Vec<f64> = order.into_iter().map(|row| y[row]).collect();
     Surface::through(axes, &values).map_err(|error| anyhow::anyhow!("{}: no surface: {error}", file.path.display()))

@@ -160,7 +160,10 @@ fn check_length(path: &Path, head: &[u8], length: u64) -> Result<()> {
     let word = |at: usize| head.get(at..at + 4)?.try_into().ok().map(u32::from_be_bytes);
     let (Some(sizes), Some(pages), Some(changes), Some(valid)) = (word(16), word(28), word(24), word(92)) else {
         let detail = format!("it ends at byte {length}, within its head");
-        return Err(Error::Truncated { path: path.to_owned(), detail });
+        return Err(Error::Truncated {
+            path: path.to_owned(),
+            detail,
+        });
     };
     // A page of 65,536 bytes is written as 1.
     let page = match sizes >> 16 {
@@ -175,7 +178,10 @@ fn check_length(path: &Path, head: &[u8], length: u64) -> Result<()> {
             let detail = format!(
                 "it ends at byte {length} of {declared}, so that none of its topics can be told; `sqlite3 FILE .recover` saves what is there"
             );
-            Err(Error::Truncated { path: path.to_owned(), detail })
+            Err(Error::Truncated {
+                path: path.to_owned(),
+                detail,
+            })
         }
     }
 }

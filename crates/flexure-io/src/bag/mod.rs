@@ -134,12 +134,17 @@ pub(crate) fn only_file(path: &Path) -> Result<Option<PathBuf>> {
     let is_bag = |path: &PathBuf| {
         let packed = path.extension().is_some_and(|extension| extension == "zstd");
         let inner = if packed { path.with_extension("") } else { path.clone() };
-        inner.extension().is_some_and(|extension| extension == "mcap" || extension == "db3")
+        inner
+            .extension()
+            .is_some_and(|extension| extension == "mcap" || extension == "db3")
     };
     let mut files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(is_bag).collect();
     files.sort();
     if files.len() > 1 {
-        let names = files.iter().filter_map(|file| file.file_name()).map(|name| name.to_string_lossy().into_owned());
+        let names = files
+            .iter()
+            .filter_map(|file| file.file_name())
+            .map(|name| name.to_string_lossy().into_owned());
         let names = flexure::text::list(&names.collect::<Vec<_>>());
         let detail = format!("the folder has several files of bags ({names}); give one of them");
         return Err(Error::content(path, "a ROS 2 bag", detail));

@@ -140,7 +140,9 @@ impl Surface {
             let mut next = vec![0.0; all.len() / points * splines];
             for line in 0..all.len() / points {
                 let (outer, inner) = (line / within, line % within);
-                let along: Vec<f64> = (0..points).map(|i| all[(outer * points + i) * within + inner]).collect();
+                let along: Vec<f64> = (0..points)
+                    .map(|i| all[(outer * points + i) * within + inner])
+                    .collect();
                 for (i, c) in interpolating(&along).into_iter().enumerate() {
                     next[(outer * splines + i) * within + inner] = c;
                 }
@@ -282,7 +284,9 @@ mod tests {
             let points = (0..=axes[0].pieces).flat_map(|i| (0..=axes[1].pieces).map(move |j| (i, j)));
             let values: Vec<f64> = points.map(|(i, j)| f(at(&axes[0], i), at(&axes[1], j))).collect();
             let surface = Surface::through(axes.to_vec(), &values).unwrap();
-            let places = (0..1000).map(|k| (f64::from(k) * 0.618).fract()).zip((0..1000).map(|k| (f64::from(k) * 0.755).fract()));
+            let places = (0..1000)
+                .map(|k| (f64::from(k) * 0.618).fract())
+                .zip((0..1000).map(|k| (f64::from(k) * 0.755).fract()));
             let apart = places.map(|(s, t)| {
                 let x = axes[0].low + s * (axes[0].high - axes[0].low);
                 let y = axes[1].low + t * (axes[1].high - axes[1].low);
@@ -295,7 +299,9 @@ mod tests {
         let wave = |x: f64, y: f64| (2.0 * x).sin() * (1.0 + 3.0 * y).cos();
         let [coarse, fine] = [20, 40].map(|n| largest(&[axis(-1.0, 1.0, n), axis(0.0, 1.0, n)], &wave));
         assert!(coarse < 1e-4 && coarse / fine > 12.0, "{coarse:e} {fine:e}");
-        let text = Surface::through(vec![axis(0.0, 1.0, 2)], &[0.0; 3]).unwrap_err().to_string();
+        let text = Surface::through(vec![axis(0.0, 1.0, 2)], &[0.0; 3])
+            .unwrap_err()
+            .to_string();
         assert!(text.contains("at least 3"), "{text}");
         assert!(Surface::through(vec![axis(0.0, 1.0, 3)], &[0.0; 3]).is_err());
     }
