@@ -168,7 +168,7 @@ def test_a_group_of_hdf5_and_a_text_are_read(tmp_path):
         file["axis/q"], file["other/x"] = np.arange(5.0), np.arange(7.0)
     with pytest.raises(flexure.FileError, match="choose a group by topic="):
         flexure.read(tmp_path / "h.h5")
-    assert list(flexure.read(tmp_path / "h.h5", topic="axis")["axis/q"]) == [0, 1, 2, 3, 4]
+    assert list(flexure.read(tmp_path / "h.h5", topic="axis")["q"]) == [0, 1, 2, 3, 4]
     (tmp_path / "r.csv").write_text("u;y\n1,250;2,125\n1,500;2,250\n")
     with pytest.raises(flexure.FileError, match="say decimal='comma' \\(1,250 is 1.25\\) or decimal='point'"):
         flexure.read(tmp_path / "r.csv")

@@ -200,7 +200,7 @@ fn a_bad_message_is_refused_with_its_topic_and_place() {
     assert!(read(fixture("bags/short.mcap"), Some("/probe"), None).is_ok());
     assert_eq!(
         refused(fixture("bags/truncated.mcap"), Some("/joint_states"), None),
-        "truncated.mcap is truncated: it ends within the record that begins at byte 7770, after a message of topic /probe; `mcap recover` saves what is there; copy or save it again"
+        "truncated.mcap is truncated: it ends within the record that begins at byte 7770, after a message of topic /joint_states; `mcap recover` saves what is there; copy or save it again"
     );
     let folder = directory("bad_bags");
     let path = folder.join("cut.db3");
