@@ -1,4 +1,4 @@
-from . import arms, chains, control, joints, plots, prepare, regression, results, streams, systems
+from . import arms, chains, control, joints, plots, prepare, records, regression, results, streams, systems
 from ._core import (
     DataError,
     FileError,
@@ -11,6 +11,7 @@ from ._core import (
 from .arms import Arm
 from .chains import Chain
 from .joints import identify_joint
+from .records import read
 from .regression import KernelRegressor, KNNRegressor, SeriesRegressor, SplineRegressor
 from .results import Branch, Comparison, Estimate, FormTest, LinearPart, Nonlinearity, ResidualTest, Surface, Verdict
 from .streams import StreamedKernelRegressor
@@ -70,4 +71,5 @@ __all__ = [
     "estimator",
     "identify_joint",
     "load",
+    "read",
 ]

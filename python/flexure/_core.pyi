@@ -34,6 +34,7 @@ __all__ = [
     "__version__",
     "identify_joint",
     "prepare",
+    "read_record",
     "sample_time",
     "structures",
 ]
@@ -51,6 +52,17 @@ def sample_time(times: _Array) -> float: ...
 def prepare(
     tables: Sequence[tuple[_Array | None, Sequence[tuple[str, _Array]]]], settings: dict[str, Any]
 ) -> tuple[tuple[_Array | None, list[tuple[str, _Array]]], list[str]]: ...
+def read_record(
+    path: str | PathLike[str],
+    topic: str | None = None,
+    joint: str | None = None,
+    separator: str | None = None,
+    decimal: str | None = None,
+    header: bool | None = None,
+    skip_lines: int = 0,
+    time_format: str | None = None,
+    memory: int | None = None,
+) -> tuple[dict[str, _Array], list[str]]: ...
 def identify_joint(
     torque: Sequence[_Array],
     link: Sequence[_Array],

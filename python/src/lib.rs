@@ -10,6 +10,7 @@ mod joint;
 mod model;
 mod names;
 mod prepare;
+mod record;
 mod regression;
 mod run;
 mod streamed;
@@ -41,6 +42,8 @@ mod _core {
     use crate::model::PyModel;
     #[pymodule_export]
     use crate::prepare::prepare;
+    #[pymodule_export]
+    use crate::record::read_record;
     #[pymodule_export]
     use crate::regression::Regression;
     #[pymodule_export]

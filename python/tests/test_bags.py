@@ -1,9 +1,12 @@
-"""Bags and HDF5 files that rosbags and h5py write with random content, read by the program: the numbers are the same to the bit."""
+"""Bags and HDF5 files that rosbags and h5py write with random content, read by the program and by the package: the numbers are the same to
+the bit."""
 
 from __future__ import annotations
 
+import logging
 import subprocess
 
+import flexure
 import h5py
 import numpy as np
 import pandas as pd
@@ -84,7 +87,7 @@ def command():
 
 def same(found, expected):
     for name, values in expected.items():
-        np.testing.assert_array_equal(found[name].to_numpy().view(np.uint64), np.array(values).view(np.uint64), err_msg=name)
+        np.testing.assert_array_equal(np.asarray(found[name]).view(np.uint64), np.array(values).view(np.uint64), err_msg=name)
 
 
 @pytest.mark.parametrize("plugin", [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
@@ -106,6 +109,7 @@ def test_bags_of_rosbags(store, plugin, mode, tmp_path, command):
     [bag] = [path for path in folder.iterdir() if path.suffix != ".yaml"]
     for topic, columns in expected.items():
         same(read(command, bag, tmp_path, "--topic", topic), columns)
+        same(flexure.read(bag, topic=topic), columns)
     one = read(command, bag, tmp_path, "--joint", "elbow_joint")
     same(one, {kind: expected["/joints"][f"elbow_joint.{kind}"] for kind in ("position", "velocity", "effort")})
 
@@ -120,4 +124,55 @@ def test_hdf5_of_h5py(libver, packing, tmp_path, command):
     with h5py.File(path, "w", libver=libver) as file:
         for name, values in columns.items():
             file.create_dataset(name, data=values, **packing)
-    same(read(command, path, tmp_path), {name: values.astype(float) for name, values in columns.items()})
+    expected = {name: values.astype(float) for name, values in columns.items()}
+    same(read(command, path, tmp_path), expected)
+    same(flexure.read(path), expected)
+
+
+def written(folder, topics):
+    """A bag of a joint's log as `docs/examples/systems.py` makes it."""
+    from test_documents import docs_systems
+
+    systems = docs_systems()
+    log = systems.joint_log(duration=30.0)
+    systems.write_bag(folder / "log.mcap", dict.fromkeys(topics, log))
+    return folder / "log.mcap", log
+
+
+def test_a_joint_of_a_bag_is_identified(tmp_path, caplog):
+    bag, log = written(tmp_path, ["elbow", "wrist"])
+    with caplog.at_level(logging.INFO, logger="flexure.records"):
+        found = flexure.read(bag, joint="elbow")
+    assert [record.getMessage() for record in caplog.records] == [f"{bag}: topic /joint_states is read"]
+    assert list(found) == ["t", "position", "velocity", "effort"]
+    np.testing.assert_array_equal(found["effort"], log["tau"])
+    joint = flexure.identify_joint("effort", position="position", data=found)
+    assert abs(joint.inertia.value - 0.8) < 0.02
+
+
+def test_what_is_unclear_or_wrong_is_said_in_the_words_of_python(tmp_path):
+    bag, _ = written(tmp_path, ["elbow"])
+    with pytest.raises(flexure.FileError, match=r"choose a topic by topic=; the topics are: /battery .*, joints elbow\)"):
+        flexure.read(bag)
+    with pytest.raises(flexure.FileError, match="has no joint 'knee'"):
+        flexure.read(bag, topic="/joint_states", joint="knee")
+    with pytest.raises(flexure.FileError, match="nowhere.mcap"):
+        flexure.read(tmp_path / "nowhere.mcap")
+    bag.write_bytes(bag.read_bytes()[:-1000])
+    with pytest.raises(flexure.FileError, match="truncated.* after a message of topic /"):
+        flexure.read(bag, topic="/battery")
+
+
+def test_a_group_of_hdf5_and_a_text_are_read(tmp_path):
+    with h5py.File(tmp_path / "h.h5", "w") as file:
+        file["axis/q"], file["other/x"] = np.arange(5.0), np.arange(7.0)
+    with pytest.raises(flexure.FileError, match="choose a group by topic="):
+        flexure.read(tmp_path / "h.h5")
+    assert list(flexure.read(tmp_path / "h.h5", topic="axis")["q"]) == [0, 1, 2, 3, 4]
+    (tmp_path / "r.csv").write_text("u;y\n1,250;2,125\n1,500;2,250\n")
+    with pytest.raises(flexure.FileError, match="say decimal='comma' \\(1,250 is 1.25\\) or decimal='point'"):
+        flexure.read(tmp_path / "r.csv")
+    found = flexure.read(tmp_path / "r.csv", decimal="comma")
+    assert {name: list(values) for name, values in found.items()} == {"u": [1.25, 1.5], "y": [2.125, 2.25]}
+    with pytest.raises(flexure.ParameterError, match="must be one of point, comma"):
+        flexure.read(tmp_path / "r.csv", decimal="dot")

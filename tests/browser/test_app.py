@@ -7,15 +7,20 @@ import math
 import os
 import random
 import subprocess
+import sys
 import threading
 import time
 import urllib.parse
 import zipfile
+from pathlib import Path
 
 import pytest
 from conftest import program
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import Select, WebDriverWait
+
+sys.path.append(str(Path(__file__).resolve().parents[2] / "docs/examples"))
+import systems  # noqa: E402
 
 MEGABYTE = 1 << 20
 
@@ -199,6 +204,93 @@ def test_models_are_compared_reported_and_shown(app, tmp_path):
     assert (folder / "linear-on-m.html").exists()
 
 
+def test_a_joint_of_a_bag_is_found_and_its_friction_exported(app, tmp_path):
+    log = systems.joint_log(duration=30.0)
+    systems.write_bag(tmp_path / "arm.mcap", {"elbow": log, "wrist": {name: -values for name, values in log.items() if name != "t"}})
+    page = app().open()
+    page.upload(tmp_path / "arm.mcap")
+    page.ended(1)
+    page.wait("!document.querySelector('#topics').hidden")
+    Select(page.find("#topic")).select_by_value("/joint_states")
+    Select(page.find("#joint")).select_by_value("elbow")
+    page.press("#read-topic")
+    page.ended(2)
+    page.wait("!document.querySelector('#columns').hidden")
+    # The columns of a bag's joint are known by their names.
+    assert [page.find(f"#robot-joint [name={name}]").get_attribute("value") for name in ("position", "torque")] == ["position", "effort"]
+    assert not page.find("#robot-joint [name=motor]").is_displayed()
+    page.press("#robot-joint button")
+    page.ended(3)
+    folder = tmp_path / "project"
+    found = json.loads((folder / "arm-elbow-joint.json").read_text())
+    assert found["inertia"]["value"] == pytest.approx(0.8, rel=0.02)
+    assert page.find("#frame iframe").get_attribute("title") == "arm-elbow-joint.html"
+    item = page.find("#run-list > li")
+    links = [link.get_attribute("download") for link in item.find_elements("css selector", "a[download]")]
+    assert links == ["arm-elbow-friction.csv", "arm-elbow-joint.json", "arm-elbow-joint.html"]
+    page.press("#run-list > li button")
+    Select(page.find("#format")).select_by_value("c")
+    page.press("#export button")
+    page.ended(4)
+    assert "double arm_elbow_friction_step(" in (folder / "arm_elbow_friction.h").read_text()
+
+
+def test_a_flexible_joint_needs_its_angles_and_can_be_an_arm(app, tmp_path):
+    folder = tmp_path / "project"
+    folder.mkdir()
+    for command in (["simulate", "--preset", "motor-log", "-o", "all.csv"], ["prepare", "all.csv", "--cut", "0:10", "-o", "log.csv"]):
+        subprocess.run([flexure(), *command], cwd=folder, check=True, capture_output=True)
+    page = app().open()
+    page.press("[aria-label='Open log.csv']")
+    page.ended(1)
+    page.wait("!document.querySelector('#columns').hidden")
+    Select(page.find("#robot-joint [name=kind]")).select_by_value("flexible")
+    assert not page.find("#robot-joint [name=position]").is_displayed()
+    for role, column in [("torque", "tau2"), ("motor", "qm2"), ("link", "q2")]:
+        Select(page.find(f"#robot-joint [name={role}]")).select_by_value(column)
+    page.find("#robot-joint [name=arm]").send_keys(Keys.SPACE)
+    page.press("#robot-joint button")
+    page.ended(2, seconds=300)
+    assert {"log-stiffness.csv", "log-friction.csv", "log-arm.toml"} <= {path.name for path in folder.iterdir()}
+    page.press("[aria-label='Export log-arm.toml']")
+    formats = [option.get_attribute("value") for option in Select(page.find("#format")).options]
+    assert formats == ["c", "fmu"]
+    Select(page.find("#format")).select_by_value("fmu")
+    page.press("#export button")
+    page.ended(3)
+    with zipfile.ZipFile(folder / "log_arm.fmu") as archive:
+        assert "sources/log_arm.c" in archive.namelist()
+
+
+def test_a_regression_is_shown_and_exported(app, tmp_path):
+    folder = tmp_path / "project"
+    folder.mkdir()
+    rng = random.Random(4)
+    rows = [(x, math.sin(x) + rng.gauss(0, 0.1)) for x in (rng.uniform(-2, 2) for _ in range(400))]
+    (folder / "r.csv").write_text("x,y\n" + "".join(f"{x},{y}\n" for x, y in rows))
+    page = app().open()
+    page.press("[aria-label='Open r.csv']")
+    page.ended(1)
+    page.wait("!document.querySelector('#columns').hidden")
+    for box in page.driver.find_elements("css selector", "#column-rows [name=input]:checked"):
+        box.send_keys(Keys.SPACE)
+    page.press("#regress button")
+    assert "choose inputs and an output" in page.problem()
+    for name, column in [("input", "x"), ("output", "y")]:
+        page.find(f"#column-rows [name={name}][value={column}]").send_keys(Keys.SPACE)
+    Select(page.find("#estimator")).select_by_value("spline")
+    page.press("#regress button")
+    page.ended(2)
+    assert json.loads((folder / "r-curve.json").read_text())["estimator"] == "spline"
+    assert page.find("#frame iframe").get_attribute("title") == "r-curve.html"
+    page.press("[aria-label='Export r-curve.csv']")
+    Select(page.find("#format")).select_by_value("python")
+    page.press("#export button")
+    page.ended(3)
+    code = "import math, r_curve; assert max(abs(r_curve.r_curve().step(x / 10) - math.sin(x / 10)) for x in range(-15, 16)) < 0.1"
+    subprocess.run([sys.executable, "-c", code], cwd=folder, check=True)
+
+
 def test_two_tabs_work_beside_each_other_and_overwrite_nothing(app, browser, tmp_path):
     page = app().open()
     first = browser.current_window_handle
@@ -328,6 +420,7 @@ def test_nothing_outside_of_the_folder_is_read_written_or_run(app, tmp_path):
         {"options": {"resume": "x"}},
         {"outputs": {"report": "../x.html"}},
         {"outputs": {"resume": "x.html"}},
+        {"outputs": {"json": "../x.json"}},
         {"more": 1},
     ]:
         status, answer = page.asked("POST", page.prefix + "jobs", body=json.dumps({**good, **change}))

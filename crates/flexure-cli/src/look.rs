@@ -60,9 +60,11 @@ fn list_topics(arguments: &Arguments, error: anyhow::Error) -> Result<()> {
         }) => topics,
         _ => return Err(error),
     };
-    let can_be_read = topics
-        .iter()
-        .filter(|topic| topic.problem.is_none() && topic.messages > 0);
+    let joint = arguments.reading.joint.as_ref();
+    let can_be_read = topics.iter().filter(|topic| {
+        let has = joint.is_none_or(|joint| topic.joints.contains(joint));
+        topic.problem.is_none() && topic.messages > 0 && has
+    });
     // Joints first, whatever their topic is called.
     let first = can_be_read.min_by_key(|topic| topic.joints.is_empty());
     let next = first.map(|topic| {
@@ -71,7 +73,8 @@ fn list_topics(arguments: &Arguments, error: anyhow::Error) -> Result<()> {
             arguments.record.clone().into_os_string(),
             "--topic".into(),
         ];
-        command_line(words.into_iter().chain([topic.name.clone().into()]))
+        let given = arguments.reading.given().into_iter().map(Into::into);
+        command_line(words.into_iter().chain([topic.name.clone().into()]).chain(given))
     });
     if arguments.json {
         let object = |topic: &Topic| {

@@ -82,6 +82,97 @@ fn a_curve_of_a_table_is_held_beyond_its_rows() {
 }
 
 #[test]
+fn a_regression_on_two_columns_is_a_surface() {
+    let folder = Folder::new();
+    let noise = |k: u32, by: f64| (f64::from(k) * by).fract();
+    let row = |k: u32| {
+        let (a, b) = (4.0 * noise(k, 0.618_034) - 2.0, 3.0 * noise(k, 0.754_878));
+        format!("{a},{b},{}\n", (1.5 * a).sin() + 0.3 * a * b)
+    };
+    folder.write(
+        "r.csv",
+        &("a,b,z\n".to_owned() + &(0..900).map(row).collect::<String>()),
+    );
+    folder.write(
+        "at.csv",
+        &("a,b,z\n".to_owned() + &(900..1000).map(row).collect::<String>()),
+    );
+    let regress = "regress r.csv --x a,b --y z --band-method none --bandwidth 0.5,0.5";
+    folder.done(&format!("{regress} -o surface.csv"));
+    folder.done(&format!("{regress} --outside nearest --at at.csv -o found.csv"));
+    folder.done(&format!("{regress} --outside nearest --at surface.csv -o grid.csv"));
+    folder.done("export surface.csv --to python -o surface.py");
+    let text = folder.read("surface.py");
+    for said in [
+        "Input 0: a.",
+        "Input 1: b.",
+        "Output: y.",
+        "a surface of cubic splines over",
+    ] {
+        assert!(text.contains(said), "{said}");
+    }
+    let code = "
+import csv
+from surface import surface
+def apart(name):
+    rows = [[float(row[c]) for c in 'aby'] for row in csv.DictReader(open(name))]
+    size = max(abs(y) for _, _, y in rows)
+    return max(abs(surface().step([a, b]) - y) for a, b, y in rows) / size
+assert apart('grid.csv') < 1e-12, apart('grid.csv')
+assert apart('found.csv') < 2e-3, apart('found.csv')
+print(apart('found.csv'))
+";
+    match Command::new("python3")
+        .args(["-c", code])
+        .current_dir(folder.path("."))
+        .output()
+    {
+        Ok(done) => assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr)),
+        Err(_) => eprintln!("skipped: there is no python3"),
+    }
+}
+
+#[test]
+fn what_is_no_grid_is_no_surface() {
+    let folder = Folder::new();
+    let grid = |x: fn(u32) -> f64| {
+        let rows = (0..25).map(|k| format!("{},{},{k},,\n", x(k / 5), k % 5));
+        "a,b,y,lower,upper\n".to_owned() + &rows.collect::<String>()
+    };
+    let even = grid(f64::from);
+    let lines: Vec<&str> = even.lines().collect();
+    for (text, message) in [
+        (
+            grid(|k| f64::from(k * k)),
+            "a grid of four evenly spaced values or more of 'a'",
+        ),
+        (
+            grid(|k| f64::from(k % 2)),
+            "a grid of four evenly spaced values or more of 'a'",
+        ),
+        (lines[..24].join("\n"), "every point of its grid, each once"),
+        (
+            even.replace("3,3,18,", "3,3,,"),
+            "a surface needs a value at every point of its grid",
+        ),
+        (
+            even.replace("lower", "below"),
+            "a surface has its columns of x, then y, lower and upper",
+        ),
+    ] {
+        folder.write("s.csv", &text);
+        let outcome = folder.run("export s.csv --to c -o s.c");
+        assert!(
+            outcome.code == Some(1) && outcome.stderr.contains(message),
+            "{message}: {outcome:?}"
+        );
+    }
+    // In any order of the rows.
+    folder.write("s.csv", &[&lines[..1], &lines[13..], &lines[1..13]].concat().join("\n"));
+    folder.done("export s.csv --to c -o s.c");
+}
+
+#[test]
 fn wrong_usage_is_refused_and_writes_nothing() {
     let folder = folder();
     for (arguments, message) in [

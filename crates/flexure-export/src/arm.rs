@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use flexure::manipulator::{Arm, JointKind};
+use flexure::simulation::{SOLUTION, STAGES};
 use flexure_io::ModelFile;
 use flexure_io::arm::ArmFile;
 use minijinja::context;
@@ -10,9 +11,11 @@ use minijinja::context;
 use crate::error::{Error, Result};
 use crate::{Artefact, Format, Options, destination, fmu, header_name, name, text};
 
-/// The integrator's step beside the fastest time constant of the arm: 0.1 leaves an error below 1e-6 of the motion (measured by
-/// `the_exported_arm_moves_as_the_simulated_one`).
-const SHARE: f64 = 0.1;
+/// The integrator's step beside the fastest time constant of the arm: 0.3 leaves an error below 1e-9 of the motion (measured by
+/// `the_exported_arm_moves_as_the_simulated_one`); 0.6 leaves 6e-9.
+const SHARE: f64 = 0.3;
+/// The speed of the joints up to which that holds, rad/s: convention.
+const SPEED: f64 = 20.0;
 /// The most steps a sample.
 const MOST_STEPS: f64 = 1e5;
 
@@ -33,7 +36,7 @@ const OUTPUTS: [(&str, &str); 8] = [
 /// # Errors
 /// As [`export`](crate::export); [`Error::Model`] for another format, and for an arm too stiff for its sample time.
 pub fn export_arm(file: &ArmFile, out: &Path, options: Options<'_>) -> Result<Vec<Artefact>> {
-    if !matches!(options.format, Format::C | Format::Fmu) {
+    if !options.format.takes_arms() {
         return Err(Error::Model("an arm goes to C and FMU alone".to_owned()));
     }
     let (path, name) = destination(out, options.format.extension(), options.name)?;
@@ -44,7 +47,7 @@ pub fn export_arm(file: &ArmFile, out: &Path, options: Options<'_>) -> Result<Ve
         _ => header_name(&path)?,
     };
     let sample_time = file.run.sample_time;
-    let steps = (sample_time * fastest(&arm) / SHARE).ceil().max(1.0);
+    let steps = (sample_time * fastest(&arm) / SHARE).ceil();
     if !(steps <= MOST_STEPS) {
         let problem = format!(
             "its fastest motion needs {steps} steps of the integrator a sample of {sample_time} s; give a shorter sample time in [run]"
@@ -91,7 +94,12 @@ pub fn export_arm(file: &ArmFile, out: &Path, options: Options<'_>) -> Result<Ve
     let about = [
         format!("A two-link arm, written by Flexure {}.", ModelFile::CURRENT),
         format!("One step is one sample of {sample_time:?} s. Call it at this rate."),
-        format!("Inside, the method of Runge and Kutta of order 4 takes {steps} steps a sample."),
+        format!(
+            "Inside, the method of Dormand and Prince of order 8 takes steps of one length, {steps} a sample: a step is at most {SHARE:?} of \
+             the fastest time constant of the arm, its joints turning at {SPEED:?} rad per s."
+        ),
+        "The state agrees with flexure simulate at rtol 1e-12 to 1e-9 of its largest value on the arms that Flexure is tested with."
+            .to_owned(),
     ];
     let about = about.map(|line| name::plain(&line));
     let own = context! {
@@ -99,6 +107,8 @@ pub fn export_arm(file: &ArmFile, out: &Path, options: Options<'_>) -> Result<Ve
         name => &name,
         about => &about,
         header => file_name,
+        stages => STAGES.map(|row| literals(&row)),
+        solution => literals(&SOLUTION),
         links => literals(&[links.shoulder, links.elbow, links.coupling]),
         motor => literals(&motor),
         coupling => format!("{coupling:?}"),
@@ -132,17 +142,25 @@ pub fn export_arm(file: &ArmFile, out: &Path, options: Options<'_>) -> Result<Ve
     ])
 }
 
-/// An upper bound of how fast the arm's motion can change, 1/s: the steepest friction, and the stiffest spring, on the least inertia.
+/// An upper bound of how fast the arm's motion can change, 1/s: the steepest friction, and the stiffest spring, on the least inertia, beside
+/// the speed of its joints.
 fn fastest(arm: &Arm) -> f64 {
     let joints = arm.parameters().joints;
     let links = arm.link_dynamics();
     let swing = links.coupling.abs();
-    // The least eigenvalue of the inertia matrix is at least its determinant by its trace.
+    // Of two links that move, the least eigenvalue of the inertia matrix is at least its determinant by its trace.
     let trace = links.shoulder + 2.0 * swing + links.elbow;
     let determinant = links.shoulder * links.elbow - links.elbow * links.elbow - swing * swing;
-    let link = (determinant / trace).max(links.elbow * 1e-3);
+    let link = match joints.map(|joint| joint.locked) {
+        [false, false] => (determinant / trace).max(links.elbow * 1e-3),
+        [_, true] => links.shoulder - 2.0 * swing,
+        [true, false] => links.elbow,
+    };
+    if !(link > 0.0) {
+        return f64::INFINITY;
+    }
     let slope = |g: [f64; 6]| g[0] * (g[1] - g[2]).abs() + g[3] * g[4] + g[5];
-    let rates = [0, 1].map(|i| {
+    let rate = |i: usize| {
         let motor = match arm.model() {
             JointKind::Rigid => link,
             _ => joints[i].motor_inertia,
@@ -152,6 +170,7 @@ fn fastest(arm: &Arm) -> f64 {
         let spring = s.linear + 3.0 * s.cubic * 0.09;
         let rub = slope(arm.friction()[i].0) / link + slope(arm.motor_friction()[i].0) / motor;
         rub + joints[i].damping * (1.0 / link + 1.0 / motor) + (spring * (1.0 / link + 1.0 / motor)).sqrt()
-    });
-    rates[0].max(rates[1])
+    };
+    let free = (0..2).filter(|&i| !joints[i].locked);
+    SPEED + free.map(rate).fold(0.0, f64::max)
 }

@@ -57,6 +57,11 @@ impl Format {
             Format::Matlab => "m",
         }
     }
+
+    /// Whether arms can be exported to it.
+    pub fn takes_arms(self) -> bool {
+        matches!(self, Format::C | Format::Fmu)
+    }
 }
 
 /// The version of the functional mock-up interface.

@@ -149,7 +149,7 @@ impl<'a> Program<'a> {
                     ),
                 ],
                 Kind::Surface(surface) => vec![format!(
-                    "Step {k} is a surface over {}. Outside it has the value of the nearest point of this box.",
+                    "Step {k} is a surface of cubic splines over {}. Outside it has the value of the nearest point of this box.",
                     surface
                         .axes()
                         .iter()

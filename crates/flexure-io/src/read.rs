@@ -29,7 +29,7 @@ const STANDARD_INPUT: &str = "standard input";
 
 impl ReadOptions {
     /// Reads a record: text with or without a header, Parquet, MAT, HDF5 or a topic of a ROS 2 bag; from standard input if `path` is `-`.
-    /// A pipe will do, and so will a file that Zstandard packed.
+    /// A pipe will do, and so will a file that Zstandard packed, or the folder of a bag with one file.
     ///
     /// The format comes from the first bytes of the file; where these decide nothing, `.parquet` and `.mat`
     /// are taken at their word, and everything else is text. Text is read as programs and instruments write it:
@@ -56,6 +56,11 @@ impl ReadOptions {
     }
 
     fn read_as_written(&self, path: &Path) -> Result<RecordFile> {
+        if let Some(only) = bag::only_file(path)? {
+            let mut file = self.read_as_written(&only)?;
+            file.notes.insert(0, "the only bag of the folder is read".to_owned());
+            return Ok(file);
+        }
         let (path, source) = match path.as_os_str() == "-" {
             true => (Path::new(STANDARD_INPUT), Source::Stream(Box::new(io::stdin().lock()))),
             false => (path, Source::open(path).map_err(|cause| Error::read(path, cause))?),

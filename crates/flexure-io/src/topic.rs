@@ -18,7 +18,12 @@ pub struct Topic {
 impl std::fmt::Display for Topic {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let count = flexure::text::counted(usize::try_from(self.messages).unwrap_or(usize::MAX), "message");
-        write!(f, "{} ({}, {count}", self.name, self.kind)?;
+        let kind = if self.kind.is_empty() {
+            "type not known"
+        } else {
+            &self.kind
+        };
+        write!(f, "{} ({kind}, {count}", self.name)?;
         match self.joints.is_empty() {
             true => {}
             false => write!(f, ", joints {}", flexure::text::list(&self.joints))?,

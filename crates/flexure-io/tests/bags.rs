@@ -173,6 +173,24 @@ fn several_topics_are_listed_and_none_is_guessed() {
 }
 
 #[test]
+fn the_folder_of_a_bag_is_its_file() {
+    let folder = directory("bag_folder");
+    let files = ["a_0.mcap", "a_1.mcap"].map(|name| folder.join(name));
+    let _ = std::fs::remove_file(&files[1]);
+    std::fs::write(folder.join("metadata.yaml"), "").unwrap();
+    std::fs::copy(fixture("bags/plain.mcap"), &files[0]).unwrap();
+    let file = read(&folder, Some("/force"), None).unwrap();
+    assert_eq!(file.path, files[0]);
+    assert_eq!(file.notes[0], "the only bag of the folder is read");
+    assert_eq!(file.record, read(&files[0], Some("/force"), None).unwrap().record);
+    std::fs::copy(&files[0], &files[1]).unwrap();
+    assert_eq!(
+        refused(&folder, Some("/force"), None),
+        "bag_folder cannot be read as a ROS 2 bag: the folder has several files of bags (a_0.mcap, a_1.mcap); give one of them"
+    );
+}
+
+#[test]
 fn a_bad_message_is_refused_with_its_topic_and_place() {
     assert_eq!(
         refused(fixture("bags/short.mcap"), Some("/joint_states"), None),
@@ -182,9 +200,27 @@ fn a_bad_message_is_refused_with_its_topic_and_place() {
     assert!(read(fixture("bags/short.mcap"), Some("/probe"), None).is_ok());
     assert_eq!(
         refused(fixture("bags/truncated.mcap"), Some("/joint_states"), None),
-        "truncated.mcap is truncated: it ends within the record that begins at byte 7770; `mcap recover` saves what is there; copy or save it again"
+        "truncated.mcap is truncated: it ends within the record that begins at byte 7770, after a message of topic /joint_states; `mcap recover` saves what is there; copy or save it again"
     );
     let folder = directory("bad_bags");
+    let path = folder.join("cut.db3");
+    let whole = std::fs::read(fixture("bags/plain.db3")).unwrap();
+    std::fs::write(&path, &whole[..20_000]).unwrap();
+    assert_eq!(
+        refused(&path, Some("/force"), None),
+        "cut.db3 is truncated: it ends at byte 20000 of 45056, so that none of its topics can be told; `sqlite3 FILE .recover` saves what is \
+         there; copy or save it again"
+    );
+    // A page of messages that is overwritten.
+    let mut changed = whole;
+    let at = changed.windows(8).rposition(|w| w == b"shoulder").unwrap() / 4096 * 4096;
+    changed[at..at + 4096].fill(0xff);
+    std::fs::write(&path, changed).unwrap();
+    let said = refused(&path, Some("/joint_states"), None);
+    assert!(
+        said.contains("topic /joint_states, after the message at row ") && said.contains("malformed"),
+        "{said}"
+    );
     let bytes = std::fs::read(fixture("bags/loose.mcap")).unwrap();
     let path = folder.join("changed.mcap");
     // The first message of the joints: its encapsulation becomes that of XCDR2.

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use anyhow::{Result, bail};
+use anyhow::{Context as _, Result, bail};
 use flexure::Block;
-use flexure::nonlinearity::{Curve, Outside};
+use flexure::nonlinearity::{Curve, Outside, Surface, SurfaceAxis};
 use flexure_export::{Fmi, Format};
-use flexure_io::{ModelFile, read_model, read_record};
+use flexure_io::{ModelFile, RecordFile, read_model, read_record};
 
 use crate::named::{Named, NamedValue};
 
@@ -31,24 +31,36 @@ impl Named for Fmi {
     ];
 }
 
-/// The model of a file: a model file, or a table (.csv, .parquet) such as `flexure joint --friction` and `flexure regress -o` write, whose second
-/// column is a function of the first. Beyond its rows the function has the value of the nearest.
+/// How far points of a grid may be from even spacing, relative to its range: what rounding to nine digits leaves.
+const UNEVEN: f64 = 1e-8;
+/// The columns behind x in what `flexure regress -o` writes.
+const BEHIND: [&str; 3] = ["y", "lower", "upper"];
+
+/// The model of a file: a model file, or a table (.csv, .parquet) such as `flexure joint --friction` and `flexure regress -o` write. In a
+/// table of one x, the second column is a function of the first; in one of several, y is a function on their grid. Beyond its rows the
+/// function has the value of the nearest.
 ///
 /// # Errors
-/// Those of [`read_model`] and [`read_record`]; for a table whose first two columns are no curve.
+/// Those of [`read_model`] and [`read_record`]; for a table that is neither a curve nor a surface.
 pub fn exportable(path: &Path) -> Result<ModelFile> {
     if !path.extension().is_some_and(|e| e == "csv" || e == "parquet") {
         return Ok(read_model(path)?);
     }
     let file = read_record(path)?;
     let names = file.record.names();
+    let (x, behind) = names.split_at(names.len().saturating_sub(BEHIND.len()));
+    if x.len() > 1 && behind == BEHIND {
+        let surface = surface(&file, x)?;
+        return Ok(memoryless("surface", x, BEHIND[0], Block::Surface(surface)));
+    }
     // What follows is the band.
     let ([input, output], true) = (
         names.split_at(names.len().min(2)).0,
         names.get(2).is_none_or(|third| third == "lower"),
     ) else {
         bail!(
-            "{}: a curve has two columns, x and y, or its band's columns lower and upper beside them",
+            "{}: a curve has two columns, x and y, or its band's columns lower and upper beside them; a surface has its columns of x, then \
+             y, lower and upper",
             path.display()
         );
     };
@@ -57,16 +69,67 @@ pub fn exportable(path: &Path) -> Result<ModelFile> {
         let why = "the first column must increase from row to row";
         anyhow::anyhow!("{}: no curve ({error}); {why}", path.display())
     })?;
-    Ok(ModelFile {
+    Ok(memoryless(
+        "curve",
+        std::slice::from_ref(input),
+        output,
+        Block::Static(curve),
+    ))
+}
+
+/// The surface through y on the grid of the columns of x.
+fn surface(file: &RecordFile, names: &[String]) -> Result<Surface> {
+    let y = file
+        .finite(BEHIND[0])
+        .context("a surface needs a value at every point of its grid; regress on fewer columns, or on more rows")?;
+    let (mut axes, mut index) = (Vec::new(), vec![0_usize; y.len()]);
+    for name in names {
+        let x = file.finite(name)?;
+        let mut points = x.to_vec();
+        points.sort_unstable_by(f64::total_cmp);
+        points.dedup();
+        let (low, high, pieces) = (points[0], points[points.len() - 1], points.len() - 1);
+        let even =
+            |(i, p): (usize, &f64)| (p - low - (high - low) * i as f64 / pieces as f64).abs() <= UNEVEN * (high - low);
+        if pieces < 3 || !points.iter().enumerate().all(even) {
+            bail!(
+                "{}: a surface needs a grid of four evenly spaced values or more of '{name}', as flexure regress writes without --at",
+                file.path.display()
+            );
+        }
+        for (index, x) in index.iter_mut().zip(x) {
+            *index = index
+                .wrapping_mul(points.len())
+                .wrapping_add(points.partition_point(|p| p < x));
+        }
+        axes.push(SurfaceAxis { low, high, pieces });
+    }
+    let mut order: Vec<usize> = (0..y.len()).collect();
+    order.sort_unstable_by_key(|&row| index[row]);
+    let points = |axis: &SurfaceAxis| axis.pieces + 1;
+    let whole = axes.iter().map(points).fold(1, usize::saturating_mul) == y.len();
+    if !(whole && order.iter().enumerate().all(|(i, &row)| index[row] == i)) {
+        bail!(
+            "{}: a surface needs every point of its grid, each once",
+            file.path.display()
+        );
+    }
+    let values: Vec<f64> = order.into_iter().map(|row| y[row]).collect();
+    Surface::through(axes, &values).map_err(|error| anyhow::anyhow!("{}: no surface: {error}", file.path.display()))
+}
+
+/// A model of one static block.
+fn memoryless(structure: &str, inputs: &[String], output: &str, block: Block) -> ModelFile {
+    ModelFile {
         flexure: ModelFile::CURRENT.to_owned(),
-        structure: "curve".to_owned(),
+        structure: structure.to_owned(),
         method: String::new(),
-        inputs: vec![input.clone()],
-        output: output.clone(),
+        inputs: inputs.to_vec(),
+        output: output.to_owned(),
         sample_time: None,
         delay: 0,
         order: 0,
-        block: Block::Static(curve),
+        block,
         paths: Vec::new(),
         is_sum: false,
         settling: None,
@@ -74,5 +137,5 @@ pub fn exportable(path: &Path) -> Result<ModelFile> {
         estimated: None,
         records: Vec::new(),
         identification: serde_json::Value::Null,
-    })
+    }
 }

@@ -1,11 +1,12 @@
 //! Commands as child processes: what was asked for, how far it is, what it said.
 
 use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, Read, Write as _};
 use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
+use flexure_io::write_atomically;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -17,7 +18,7 @@ const COMMANDS: [&str; 8] = [
     "look", "prepare", "identify", "compare", "report", "export", "joint", "regress",
 ];
 /// Their options that name no file.
-const OPTIONS: [&str; 31] = [
+const OPTIONS: [&str; 38] = [
     "input",
     "output",
     "structure",
@@ -49,9 +50,20 @@ const OPTIONS: [&str; 31] = [
     "y",
     "position",
     "torque",
+    "motor",
+    "link",
+    "torque-constant",
+    "gear-ratio",
+    "motor-inertia",
+    "estimator",
+    "band",
 ];
+/// Their options without a value.
+const SWITCHES: [&str; 3] = ["gravity", "spring", "prismatic"];
 /// Their options that name a file to write.
-const OUTPUTS: [&str; 3] = ["out", "model", "report"];
+const OUTPUTS: [&str; 6] = ["out", "model", "report", "friction", "stiffness", "arm"];
+/// The file that keeps the object that a command prints.
+const OBJECT: &str = "json";
 /// The most commands at once.
 const MOST_RUNNING: usize = 4;
 /// The most that is kept of what a command says, bytes.
@@ -150,11 +162,9 @@ impl Jobs {
         let mut all = self.all();
         let job = all.1.get_mut(&number)?;
         job.look(project);
-        let said = job.said.lock().unwrap_or_else(PoisonError::into_inner);
+        let said = job.said();
         let state = match (job.ended, job.cancelled) {
-            // The last of what it says may still be on its way.
             (None, _) => "running",
-            (Some(_), _) if said.open > 0 => "running",
             (_, true) => "cancelled",
             (Some(Some(0)), _) => "done",
             _ => "failed",
@@ -185,16 +195,36 @@ impl Jobs {
 }
 
 impl Job {
-    /// Notes whether it has ended.
+    fn said(&self) -> MutexGuard<'_, Said> {
+        self.said.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Notes whether it has ended, and all that it says has come; then keeps what it printed, where that was asked for.
     fn look(&mut self, project: &Project) {
         if self.ended.is_some() {
             return;
         }
         self.seconds = self.started.elapsed().as_secs_f64();
-        if let Ok(Some(status)) = self.child.try_wait() {
-            self.ended = Some(status.code());
-            project.release(self.outputs.values());
+        let Ok(Some(status)) = self.child.try_wait() else {
+            return;
+        };
+        if self.said().open > 0 {
+            return;
         }
+        let mut code = status.code();
+        if let (Some(0), Some(name)) = (code, self.outputs.get(OBJECT)) {
+            let kept = write_atomically(&project.folder.join(name), |out| {
+                out.write_all(self.said().result.as_bytes())
+            });
+            if let Err(error) = kept {
+                self.said().messages.push_str(&error.to_string());
+                code = None;
+            }
+        }
+        self.ended = Some(code);
+        project.release(self.outputs.values());
+        // Of some, such as the friction at a motor that was not seen, there may be none.
+        self.outputs.retain(|_, name| project.open(name).is_some());
     }
 }
 
@@ -202,10 +232,8 @@ impl Job {
 fn promise(project: &Project, wanted: &BTreeMap<String, String>) -> Result<BTreeMap<String, String>, String> {
     let mut outputs = BTreeMap::new();
     for (option, name) in wanted {
-        let promised = OUTPUTS
-            .contains(&option.as_str())
-            .then(|| project.promise(name))
-            .flatten();
+        let known = OUTPUTS.contains(&option.as_str()) || option == OBJECT;
+        let promised = known.then(|| project.promise(name)).flatten();
         let Some(name) = promised else {
             project.release(outputs.values());
             return Err(format!(
@@ -230,13 +258,16 @@ fn arguments(project: &Project, request: &Request, outputs: &BTreeMap<String, St
         }
     }
     for (option, value) in &request.options {
-        match OPTIONS.contains(&option.as_str()) {
-            true => arguments.push(format!("--{option}={value}")),
-            false => return Err(format!("there is no option '{option}'")),
+        match option.as_str() {
+            switch if SWITCHES.contains(&switch) => arguments.push(format!("--{option}")),
+            valued if OPTIONS.contains(&valued) => arguments.push(format!("--{option}={value}")),
+            _ => return Err(format!("there is no option '{option}'")),
         }
     }
-    arguments.extend(outputs.iter().map(|(option, name)| format!("--{option}={name}")));
-    arguments.extend(request.json.then(|| "--json".to_owned()));
+    let files = outputs.iter().filter(|(option, _)| *option != OBJECT);
+    arguments.extend(files.map(|(option, name)| format!("--{option}={name}")));
+    let object = request.json || outputs.contains_key(OBJECT);
+    arguments.extend(object.then(|| "--json".to_owned()));
     Ok(arguments)
 }
 

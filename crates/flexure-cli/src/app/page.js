@@ -40,7 +40,7 @@ async function refresh() {
   project = await ask("project");
   find("folder").textContent = project.folder;
   fill(find("structure"), project.structures, (s) => [s.name, `${s.name}: ${s.description}`], 1);
-  fill(find("format"), project.formats, (f) => [f.name, `${f.name}: ${f.description}`], 0);
+  fill(find("estimator"), project.estimators, (e) => [e.name, `${e.name}: ${e.description}`], 1);
   const records = project.files.filter((file) => file.kind === "record");
   fill(find("report-record"), records, (file) => [file.name, file.name], 0);
   find("file-rows").replaceChildren(...project.files.map(fileRow));
@@ -61,12 +61,10 @@ function fill(select, items, pair, kept) {
 
 function fileRow({ name, kind, size: bytes }) {
   const actions = [];
-  if (kind === "record" || kind === "model") {
-    actions.push(make("button", { type: "button", "aria-label": `Open ${name}`, onclick: () => openFile(name, kind) }, "Open"), " ");
-  }
-  if (kind === "page") {
-    actions.push(make("button", { type: "button", "aria-label": `Show ${name}`, onclick: () => show(name) }, "Show"), " ");
-  }
+  const button = (text, act) => actions.push(make("button", { type: "button", "aria-label": `${text} ${name}`, onclick: act }, text), " ");
+  if (["record", "model", "curve"].includes(kind)) button("Open", () => openFile(name, kind === "model" ? kind : "record"));
+  if (["curve", "arm"].includes(kind)) button("Export", () => openFile(name, kind));
+  if (kind === "page") button("Show", () => show(name));
   actions.push(make("a", { href: `${fileAddress(name)}?download`, download: name, "aria-label": `Download ${name}` }, "Download"));
   return make("tr", {}, make("th", { scope: "row" }, name), make("td", {}, kind), make("td", {}, size(bytes)), make("td", {}, ...actions));
 }
@@ -92,7 +90,8 @@ async function send(files) {
       });
       await refresh();
       say(`${kept} is in the project`);
-      if (project.files.some((own) => own.name === kept && own.kind === "record")) openFile(kept, "record");
+      const own = project.files.find((file) => file.name === kept);
+      if (own && own.kind === "record") openFile(kept, own.kind);
     } catch (error) {
       complain(error.message);
     }
@@ -105,10 +104,13 @@ function openFile(name, kind) {
   find("work-title").textContent = `Work on ${name}`;
   find("work-hint").hidden = true;
   find("record").hidden = kind !== "record";
-  find("model").hidden = kind !== "model";
+  find("report").hidden = kind !== "model";
+  find("export").hidden = kind === "record";
   find("topics").hidden = true;
   find("columns").hidden = true;
-  if (kind === "model") find("export").elements.name.value = stem(name).replace(/[^A-Za-z0-9_]/g, "_").replace(/^[^A-Za-z]+/, "") || "model";
+  const formats = project.formats.filter((format) => kind !== "arm" || format.arm);
+  fill(find("format"), formats, (f) => [f.name, `${f.name}: ${f.description}`], 0);
+  find("export").elements.name.value = stem(name).replace(/[^A-Za-z0-9_]/g, "_").replace(/^[^A-Za-z]+/, "") || "model";
   find("work-title").focus();
   if (kind === "record") look();
 }
@@ -125,13 +127,23 @@ async function look() {
     const at = next.indexOf(`--${option}`);
     return at < 0 ? [] : next[at + 1].replace(/^'|'$/g, "").split(",");
   };
-  const [inputs, outputs] = [named("input"), named("output")];
+  const either = (one, other) => (named(one).length ? named(one) : named(other));
+  const [inputs, outputs] = [either("input", "x"), either("output", "y")];
   find("column-rows").replaceChildren(...seen.columns.map((column) => make("tr", {},
     make("th", { scope: "row" }, column.name),
     make("td", {}, make("input", { type: "checkbox", name: "input", value: column.name, "aria-label": `${column.name} is an input`, checked: inputs.includes(column.name) })),
     make("td", {}, make("input", { type: "radio", name: "output", value: column.name, "aria-label": `${column.name} is the output`, checked: outputs.includes(column.name) })),
     make("td", {}, column.unit || ""), make("td", {}, number(column.least)), make("td", {}, number(column.greatest)), make("td", {}, String(column.missing)),
   )));
+  const names = seen.columns.map((column) => column.name);
+  const joint = find("robot-joint").elements;
+  joint.kind.value = named("motor").length ? "flexible" : "rigid";
+  kindOfJoint();
+  for (const role of ["torque", "position", "motor", "link"]) {
+    joint[role].replaceChildren(make("option", { value: "" }, "choose"), ...names.map((name) => make("option", { value: name }, name)));
+    const usual = { torque: "effort", position: "position" }[role];
+    joint[role].value = named(role)[0] || (open.topic.joint && names.includes(usual) ? usual : "");
+  }
   find("findings").replaceChildren(...(seen.findings || []).map((text) => make("li", {}, text)));
   find("columns").hidden = false;
 }
@@ -173,13 +185,48 @@ onSubmit("prepare", async (form) => {
   if (job && job.state === "done") openFile(job.outputs.out, "record");
 });
 
+/** The columns that are chosen as inputs, and as output. */
+function chosen() {
+  const names = (role) => [...document.querySelectorAll(`#column-rows [name=${role}]:checked`)].map((box) => box.value);
+  return [names("input").join(","), names("output").join(",")];
+}
+
 onSubmit("identify", async (form) => {
-  const chosen = (name) => [...document.querySelectorAll(`#column-rows [name=${name}]:checked`)].map((box) => box.value);
   const options = { ...fields(form), ...open.topic };
-  if (chosen("input").length) options.input = chosen("input").join(",");
-  if (chosen("output").length) options.output = chosen("output")[0];
+  const [input, output] = chosen();
+  if (input) options.input = input;
+  if (output) options.output = output;
   const base = [stem(open.name), options.structure].filter(Boolean).join("-");
   await run({ command: "identify", files: [open.name], options, outputs: { model: `${base}.json`, report: `${base}.html` } });
+});
+
+onSubmit("regress", async (form) => {
+  const [x, y] = chosen();
+  if (!x || !y) return complain("choose inputs and an output among the columns");
+  const base = `${stem(open.name)}-curve`;
+  const outputs = { out: `${base}.csv`, json: `${base}.json`, report: `${base}.html` };
+  await run({ command: "regress", files: [open.name], options: { ...fields(form), ...open.topic, x, y }, outputs });
+});
+
+/** Shows what the kind of joint needs, and leaves out the rest. */
+function kindOfJoint() {
+  const form = find("robot-joint");
+  for (const kind of ["rigid", "flexible"]) {
+    for (const label of form.querySelectorAll(`.${kind}`)) {
+      label.hidden = form.elements.kind.value !== kind;
+      label.querySelector("input, select").disabled = label.hidden;
+    }
+  }
+}
+find("robot-joint").elements.kind.addEventListener("change", kindOfJoint);
+
+onSubmit("robot-joint", async (form) => {
+  const { kind, arm, ...options } = { ...fields(form), ...open.topic };
+  const base = [stem(open.name), open.topic.joint].filter(Boolean).join("-").replace(/[/\\:]/g, "-");
+  const outputs = { friction: `${base}-friction.csv`, json: `${base}-joint.json`, report: `${base}-joint.html` };
+  if (kind === "flexible") outputs.stiffness = `${base}-stiffness.csv`;
+  if (arm) outputs.arm = `${base}-arm.toml`;
+  await run({ command: "joint", files: [open.name], options, outputs });
 });
 
 onSubmit("compare", async () => {
@@ -235,19 +282,32 @@ async function run(request) {
       state.className = job.state;
       say(`${title}: ${job.state}`);
       if (job.messages) item.append(make("pre", { tabindex: "0" }, job.messages.trim()));
-      if (job.result && !request.json) item.append(make("pre", { tabindex: "0" }, job.result.trim()));
-      for (const name of Object.values(job.outputs)) {
-        item.append(make("a", { href: `${fileAddress(name)}?download`, download: name }, `Download ${name}`), " ");
-        if (name.endsWith(".html") && project.folder) show(name);
-      }
+      if (job.result && job.state === "done") item.append(...told(request, job.result));
       if (job.state === "failed") complain(job.messages.trim());
       await refresh();
+      for (const name of Object.values(job.outputs)) {
+        item.append(make("a", { href: `${fileAddress(name)}?download`, download: name }, `Download ${name}`), " ");
+        const { kind } = project.files.find((file) => file.name === name) || {};
+        if (kind === "page") show(name);
+        if (["model", "curve", "arm"].includes(kind)) {
+          item.append(make("button", { type: "button", onclick: () => openFile(name, kind) }, `Export ${name}`), " ");
+        }
+      }
       return job;
     }
   } catch (error) {
     complain(error.message);
     return null;
   }
+}
+
+/** What a command printed: its text, or what the object says to know before trusting it. */
+function told(request, result) {
+  if (request.json) return [];
+  if (!request.outputs.json) return [make("pre", { tabindex: "0" }, result.trim())];
+  const object = JSON.parse(result);
+  const notes = object.findings || object.warnings || [];
+  return notes.length ? [make("ul", {}, ...notes.map((note) => make("li", {}, note)))] : [];
 }
 
 /** Shows a page of the project. */

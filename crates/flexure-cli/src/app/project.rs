@@ -69,19 +69,21 @@ impl Project {
             .map_or("", |(_, extension)| extension)
             .to_ascii_lowercase();
         match extension.as_str() {
+            "csv" if self.begins(name, is_curve) => "curve",
             "csv" | "txt" | "dat" | "tsv" | "log" | "asc" | "parquet" | "mat" | "h5" | "hdf5" | "mcap" | "db3"
             | "zst" | "zstd" => "record",
             "html" => "page",
-            "json" if self.begins_as_model(name) => "model",
+            "json" if self.begins(name, |text| text.contains("\"flexure-model\"")) => "model",
+            "toml" if self.begins(name, |text| text.lines().any(|line| line.trim() == "[arm]")) => "arm",
             _ => "file",
         }
     }
 
-    fn begins_as_model(&self, name: &str) -> bool {
+    fn begins(&self, name: &str, test: fn(&str) -> bool) -> bool {
         let mut start = Vec::new();
         let file = fs::File::open(self.folder.join(name));
         let read = file.and_then(|file| file.take(BEGINNING).read_to_end(&mut start));
-        read.is_ok() && String::from_utf8_lossy(&start).contains("\"flexure-model\"")
+        read.is_ok() && test(&String::from_utf8_lossy(&start))
     }
 
     /// A name like this one that is neither there nor promised, and now is promised.
@@ -143,4 +145,10 @@ impl Project {
             false => None,
         }
     }
+}
+
+/// Whether a table is a curve or a surface with its band.
+fn is_curve(text: &str) -> bool {
+    let mut names = text.lines().next().unwrap_or_default().split(',').map(str::trim);
+    names.nth(1).is_some() && names.any(|name| name == "lower") && names.any(|name| name == "upper")
 }

@@ -4,6 +4,7 @@ use std::io::Read;
 use std::sync::Arc;
 
 use flexure::identify::structures;
+use flexure::nonlinearity::EstimatorName;
 use flexure_export::Format;
 use flexure_workbench::Named;
 use serde_json::{Value, json};
@@ -212,7 +213,10 @@ impl App {
             .map(|s| json!({ "name": s.name.key, "description": s.description }));
         let formats = Format::ALL
             .iter()
-            .map(|f| json!({ "name": f.name, "description": f.description }));
+            .map(|f| json!({ "name": f.name, "description": f.description, "arm": f.value.takes_arms() }));
+        let estimators = EstimatorName::ALL
+            .iter()
+            .map(|e| json!({ "name": e.name(), "description": e.title() }));
         match self.project.files() {
             Err(error) => Answer::refused(500, error.to_string()),
             Ok(files) => Answer::json(&json!({
@@ -220,6 +224,7 @@ impl App {
                 "files": files,
                 "structures": structures.collect::<Vec<_>>(),
                 "formats": formats.collect::<Vec<_>>(),
+                "estimators": estimators.collect::<Vec<_>>(),
             })),
         }
     }

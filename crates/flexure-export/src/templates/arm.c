@@ -23,6 +23,13 @@ static const double start[8] = { {{ start | join(", ") }} };
 /* The integrator's step, s, and its steps a sample. */
 static const double h = {{ h }};
 static const int steps = {{ steps }};
+/* The integrator's weights: of each stage, and of the step. */
+static const double stages[12][11] = {
+{% for row in stages %}
+    { {{ row | join(", ") }} }{{ "," if not loop.last }}
+{% endfor %}
+};
+static const double solution[12] = { {{ solution | join(", ") }} };
 
 static double friction_torque(const double *g, double v)
 {
@@ -116,32 +123,36 @@ void {{ name }}_reset({{ name }}_state *state)
     {{ name }}_init(state);
 }
 
-/* The classical method of order 4. */
+/* The method of Dormand and Prince of order 8. */
 void {{ name }}_step({{ name }}_state *state, const double *tau, double *y)
 {
-    static const double part[4] = { 0.0, 0.5, 0.5, 1.0 };
-    static const double weight[4] = { 1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0 };
+    double slopes[12][8];
+    double at[8];
+    double sum;
     int i;
+    int k;
     int n;
     int stage;
     for (i = 0; i < 8; i++) {
         y[i] = state->x[i];
     }
     for (n = 0; n < steps; n++) {
-        double slope[8] = { 0.0 };
-        double sum[8] = { 0.0 };
-        double at[8];
-        for (stage = 0; stage < 4; stage++) {
+        for (stage = 0; stage < 12; stage++) {
             for (i = 0; i < 8; i++) {
-                at[i] = state->x[i] + (part[stage] * h * slope[i]);
+                sum = 0.0;
+                for (k = 0; k < stage; k++) {
+                    sum += stages[stage][k] * slopes[k][i];
+                }
+                at[i] = state->x[i] + (h * sum);
             }
-            derivative(at, tau, slope);
-            for (i = 0; i < 8; i++) {
-                sum[i] += weight[stage] * slope[i];
-            }
+            derivative(at, tau, slopes[stage]);
         }
         for (i = 0; i < 8; i++) {
-            state->x[i] += h * sum[i];
+            sum = 0.0;
+            for (k = 0; k < 12; k++) {
+                sum += solution[k] * slopes[k][i];
+            }
+            state->x[i] += h * sum;
         }
     }
 }

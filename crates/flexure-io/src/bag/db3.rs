@@ -2,7 +2,9 @@
 //!
 //! Source: rosbag2_storage_sqlite3, `sqlite_storage.cpp`, schema versions 1 to 4.
 
+use std::cell::Cell;
 use std::collections::HashMap;
+use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -15,6 +17,8 @@ use crate::memory::Budget;
 
 /// What an SQLite file begins with.
 pub(crate) const MAGIC: &[u8] = b"SQLite format 3\0";
+/// The bytes of its head.
+const HEAD: u64 = 100;
 
 /// A `.db3` file.
 pub(super) struct Db3<'a> {
@@ -39,6 +43,12 @@ impl<'a> Db3<'a> {
                 ),
             ));
         }
+        let cannot = |cause| Error::read(path, cause);
+        let file = File::open(path).map_err(cannot)?;
+        let length = file.metadata().map_err(cannot)?.len();
+        let mut head = Vec::new();
+        file.take(HEAD).read_to_end(&mut head).map_err(cannot)?;
+        check_length(path, &head, length)?;
         let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_URI | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         let absolute = std::path::absolute(path).map_err(|cause| Error::read(path, cause))?;
         let escaped = absolute
@@ -47,22 +57,23 @@ impl<'a> Db3<'a> {
             .replace('?', "%3f")
             .replace('#', "%23");
         let database = Connection::open_with_flags(format!("file:{escaped}?immutable=1"), flags);
-        Db3::new(path, database.map_err(|error| damaged(path, &error))?)
+        Db3::new(path, database.map_err(|error| damaged(path, error))?)
     }
 
     /// Takes a file that comes from a pipe into memory.
     pub(super) fn load(budget: &Budget, path: &'a Path, input: impl Read) -> Result<Self> {
         let bytes = budget.all(input)?;
-        let fail = |error| damaged(path, &error);
+        let fail = |error: rusqlite::Error| damaged(path, error);
         let mut database = Connection::open_in_memory().map_err(fail)?;
         let length = bytes.len();
+        check_length(path, &bytes, length as u64)?;
         let loaded = database.deserialize_read_exact(MAIN_DB, bytes.as_slice(), length, true);
         loaded.map_err(fail)?;
         Db3::new(path, database)
     }
 
     fn new(path: &'a Path, database: Connection) -> Result<Self> {
-        let fail = |error| damaged(path, &error);
+        let fail = |error: rusqlite::Error| damaged(path, error);
         let has = |table: &str| {
             let query = "SELECT COUNT(*) FROM sqlite_master WHERE type = 'table' AND name = ?1";
             database
@@ -107,14 +118,22 @@ impl<'a> Db3<'a> {
 
 impl Bag for Db3<'_> {
     fn each(&mut self, wanted: Option<&str>, each: &mut Each) -> Result<()> {
-        let fail = |error| damaged(self.path, &error);
         let is_wanted = |channel: &Channel| wanted.is_none_or(|wanted| wanted == channel.topic);
         for (id, channel) in self.topics.iter().filter(|(_, channel)| is_wanted(channel)) {
             let query = "SELECT id, timestamp, data FROM messages WHERE topic_id = ?1 ORDER BY id";
+            let last = Cell::new(None);
+            let fail = |error: rusqlite::Error| {
+                let place = match last.get() {
+                    Some(place) => format!("after the message at {place}"),
+                    None => "before its first message".to_owned(),
+                };
+                damaged(self.path, format!("topic {}, {place}: {error}", channel.topic))
+            };
             let mut query = self.database.prepare(query).map_err(fail)?;
             let mut rows = query.query([id]).map_err(fail)?;
             while let Some(row) = rows.next().map_err(fail)? {
                 let place = Place::Row(row.get(0).map_err(fail)?);
+                last.set(Some(place));
                 let logged = row.get(1).map_err(fail)?;
                 let ValueRef::Blob(data) = row.get_ref(2).map_err(fail)? else {
                     let detail = format!("topic {}: the message at {place} is no bytes", channel.topic);
@@ -131,7 +150,38 @@ impl Bag for Db3<'_> {
     }
 }
 
-fn damaged(path: &Path, error: &rusqlite::Error) -> Error {
-    let detail = format!("{error}; copy it again, or recover it by `sqlite3 FILE .recover`");
+fn damaged(path: &Path, what: impl std::fmt::Display) -> Error {
+    let detail = format!("{what}; copy it again, or recover it by `sqlite3 FILE .recover`");
     Error::content(path, "a ROS 2 bag", detail)
+}
+
+/// Refuses a file that is shorter than its head says ("Database File Format", sqlite.org, section 1.3).
+fn check_length(path: &Path, head: &[u8], length: u64) -> Result<()> {
+    let word = |at: usize| head.get(at..at + 4)?.try_into().ok().map(u32::from_be_bytes);
+    let (Some(sizes), Some(pages), Some(changes), Some(valid)) = (word(16), word(28), word(24), word(92)) else {
+        let detail = format!("it ends at byte {length}, within its head");
+        return Err(Error::Truncated {
+            path: path.to_owned(),
+            detail,
+        });
+    };
+    // A page of 65,536 bytes is written as 1.
+    let page = match sizes >> 16 {
+        1 => 1 << 16,
+        size => u64::from(size),
+    };
+    let declared = page * u64::from(pages);
+    // The count of pages is right where the last change was by a program that writes it.
+    match changes == valid && length < declared {
+        false => Ok(()),
+        true => {
+            let detail = format!(
+                "it ends at byte {length} of {declared}, so that none of its topics can be told; `sqlite3 FILE .recover` saves what is there"
+            );
+            Err(Error::Truncated {
+                path: path.to_owned(),
+                detail,
+            })
+        }
+    }
 }

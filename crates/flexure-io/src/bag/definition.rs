@@ -77,7 +77,7 @@ impl Definition {
         if let Some(text) = text {
             parts.extend(parsed(&name, text)?);
         }
-        let Some(fields) = parts.get(&name).cloned() else {
+        let Some(fields) = parts.get(&name).filter(|_| !name.is_empty()).cloned() else {
             return Err("is not in the bag".into());
         };
         let definition = Definition { fields, parts };

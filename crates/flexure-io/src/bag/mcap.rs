@@ -30,6 +30,8 @@ pub(super) struct Mcap<'a, F> {
     open: F,
     schemas: BTreeMap<u16, (String, String, String)>,
     channels: BTreeMap<u16, Channel>,
+    /// The channel of the last message.
+    last: Option<u16>,
 }
 
 impl<'a, R: Read, F: FnMut() -> Result<R>> Mcap<'a, F> {
@@ -40,11 +42,21 @@ impl<'a, R: Read, F: FnMut() -> Result<R>> Mcap<'a, F> {
             open,
             schemas: BTreeMap::new(),
             channels: BTreeMap::new(),
+            last: None,
         }
     }
 
     fn damaged(&self, what: impl std::fmt::Display, place: Place) -> Error {
-        Error::content(self.path, "MCAP", format!("{what} at {place}; record or copy it again"))
+        let detail = format!("{what} at {place}, {}; record or copy it again", self.after());
+        Error::content(self.path, "MCAP", detail)
+    }
+
+    /// What was read last.
+    fn after(&self) -> String {
+        match self.last.and_then(|id| self.channels.get(&id)) {
+            Some(channel) => format!("after a message of topic {}", channel.topic),
+            None => "before the first message".to_owned(),
+        }
     }
 
     /// The records of a chunk, unpacked.
@@ -110,6 +122,7 @@ impl<'a, R: Read, F: FnMut() -> Result<R>> Mcap<'a, F> {
                 let Some(channel) = self.channels.get(&id) else {
                     return Err(self.damaged(format!("a message of the channel {id}, which is not there,"), place));
                 };
+                self.last = Some(id);
                 let logged = logged.cast_signed();
                 return each(
                     channel,
@@ -167,6 +180,7 @@ impl<'a, R: Read, F: FnMut() -> Result<R>> Mcap<'a, F> {
 impl<R: Read, F: FnMut() -> Result<R>> Bag for Mcap<'_, F> {
     fn each(&mut self, _: Option<&str>, each: &mut Each) -> Result<()> {
         let mut input = (self.open)()?;
+        self.last = None;
         let mut at = 0;
         let mut content = Vec::new();
         if !fill(self.path, &mut input, &mut content, 8)? || content != MAGIC {
@@ -181,7 +195,10 @@ impl<R: Read, F: FnMut() -> Result<R>> Bag for Mcap<'_, F> {
             let begin = at;
             let ended = |detail: &str| Error::Truncated {
                 path: self.path.to_owned(),
-                detail: format!("it ends {detail} that begins at byte {begin}; `mcap recover` saves what is there"),
+                detail: format!(
+                    "it ends {detail} that begins at byte {begin}, {}; `mcap recover` saves what is there",
+                    self.after()
+                ),
             };
             if !fill(self.path, &mut input, &mut content, 9)? {
                 return Err(ended("within or before the record"));

@@ -14,7 +14,7 @@ mod table;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::memory::Budget;
@@ -121,6 +121,35 @@ trait Bag {
 
     /// The topics of a file that was gone through.
     fn channels(&mut self) -> Result<Vec<Channel>>;
+}
+
+/// The only file of a bag's folder; none where `path` is no folder with files of bags.
+///
+/// # Errors
+/// For a folder with several.
+pub(crate) fn only_file(path: &Path) -> Result<Option<PathBuf>> {
+    let Ok(entries) = std::fs::read_dir(path) else {
+        return Ok(None);
+    };
+    let is_bag = |path: &PathBuf| {
+        let packed = path.extension().is_some_and(|extension| extension == "zstd");
+        let inner = if packed { path.with_extension("") } else { path.clone() };
+        inner
+            .extension()
+            .is_some_and(|extension| extension == "mcap" || extension == "db3")
+    };
+    let mut files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(is_bag).collect();
+    files.sort();
+    if files.len() > 1 {
+        let names = files
+            .iter()
+            .filter_map(|file| file.file_name())
+            .map(|name| name.to_string_lossy().into_owned());
+        let names = flexure::text::list(&names.collect::<Vec<_>>());
+        let detail = format!("the folder has several files of bags ({names}); give one of them");
+        return Err(Error::content(path, "a ROS 2 bag", detail));
+    }
+    Ok(files.pop())
 }
 
 /// Reads an MCAP file, which is opened once or twice.

@@ -115,6 +115,43 @@ impl Surface {
         Ok(Surface { axes, coefficients })
     }
 
+    /// The surface through values on a grid, the last axis's index running fastest: cubic splines whose second derivatives at the ends
+    /// come from the four values there, so that cubics are reproduced. An axis has a point at either end of every piece.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for an axis of less than three pieces; those of [`Surface::new`].
+    pub fn through(axes: Vec<SurfaceAxis>, values: &[f64]) -> Result<Self> {
+        for (i, axis) in axes.iter().enumerate() {
+            if axis.pieces < 3 {
+                let name = format!("the pieces of axis {i}");
+                return Err(Error::parameter(name, axis.pieces as f64, "at least 3"));
+            }
+        }
+        let points = |axis: &SurfaceAxis| axis.pieces.saturating_add(1);
+        let expected = axes.iter().map(points).fold(1, usize::saturating_mul);
+        if values.len() != expected {
+            return Err(Error::length("a surface's values", values.len(), expected));
+        }
+        let mut all = values.to_vec();
+        let mut within = expected;
+        for axis in &axes {
+            let (points, splines) = (points(axis), axis.splines());
+            within /= points;
+            let mut next = vec![0.0; all.len() / points * splines];
+            for line in 0..all.len() / points {
+                let (outer, inner) = (line / within, line % within);
+                let along: Vec<f64> = (0..points)
+                    .map(|i| all[(outer * points + i) * within + inner])
+                    .collect();
+                for (i, c) in interpolating(&along).into_iter().enumerate() {
+                    next[(outer * splines + i) * within + inner] = c;
+                }
+            }
+            all = next;
+        }
+        Surface::new(axes, all)
+    }
+
     /// The axes, one an input.
     pub fn axes(&self) -> &[SurfaceAxis] {
         &self.axes
@@ -178,6 +215,29 @@ impl Surface {
     }
 }
 
+/// The coefficients of the cubic spline through four values or more at equal distances.
+fn interpolating(f: &[f64]) -> Vec<f64> {
+    let n = f.len();
+    // The second derivatives at the ends, times the squared distance.
+    let bend = |i: [usize; 4]| 2.0 * f[i[0]] - 5.0 * f[i[1]] + 4.0 * f[i[2]] - f[i[3]];
+    let ends = [bend([0, 1, 2, 3]), bend([n - 1, n - 2, n - 3, n - 4])];
+    let mut c = vec![0.0; n + 2];
+    // c[i] + 4 c[i + 1] + c[i + 2] = 6 f[i], eliminated from the first to the last.
+    let mut ratio = vec![0.0; n];
+    c[1] = f[0] - ends[0] / 6.0;
+    c[n] = f[n - 1] - ends[1] / 6.0;
+    for i in 1..n - 1 {
+        ratio[i] = 1.0 / (4.0 - ratio[i - 1]);
+        c[i + 1] = ratio[i] * (6.0 * f[i] - c[i]);
+    }
+    for i in (1..n - 1).rev() {
+        c[i + 1] -= ratio[i] * c[i + 2];
+    }
+    c[0] = ends[0] + 2.0 * c[1] - c[2];
+    c[n + 1] = ends[1] + 2.0 * c[n] - c[n - 1];
+    c
+}
+
 /// Tells the index and the value of every product of B-splines that is not zero at a point.
 pub(crate) fn products(axes: &[SurfaceAxis], x: &[f64], visit: &mut impl FnMut(usize, f64)) {
     fn along(axes: &[SurfaceAxis], x: &[f64], index: usize, value: f64, visit: &mut impl FnMut(usize, f64)) {
@@ -215,6 +275,35 @@ mod tests {
         assert!(surface.value(&[f64::NAN, 1.0]).is_nan() && surface.value(&[1.0]).is_nan());
         let moved = surface.affine(2.0, -1.0);
         assert!((moved.value(&[0.5, 2.0]) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_surface_through_a_grid_is_exact_for_cubics_and_of_order_four_for_others() {
+        let largest = |axes: &[SurfaceAxis; 2], f: &dyn Fn(f64, f64) -> f64| {
+            let at = |a: &SurfaceAxis, i: usize| a.low + (a.high - a.low) * i as f64 / a.pieces as f64;
+            let points = (0..=axes[0].pieces).flat_map(|i| (0..=axes[1].pieces).map(move |j| (i, j)));
+            let values: Vec<f64> = points.map(|(i, j)| f(at(&axes[0], i), at(&axes[1], j))).collect();
+            let surface = Surface::through(axes.to_vec(), &values).unwrap();
+            let places = (0..1000)
+                .map(|k| (f64::from(k) * 0.618).fract())
+                .zip((0..1000).map(|k| (f64::from(k) * 0.755).fract()));
+            let apart = places.map(|(s, t)| {
+                let x = axes[0].low + s * (axes[0].high - axes[0].low);
+                let y = axes[1].low + t * (axes[1].high - axes[1].low);
+                (surface.value(&[x, y]) - f(x, y)).abs()
+            });
+            apart.fold(0.0, f64::max)
+        };
+        let cubic = |x: f64, y: f64| (1.0 + x - 2.0 * x.powi(3)) * (y.powi(2) - 0.5 * y.powi(3));
+        assert!(largest(&[axis(-1.0, 2.0, 3), axis(0.0, 1.0, 7)], &cubic) < 1e-12);
+        let wave = |x: f64, y: f64| (2.0 * x).sin() * (1.0 + 3.0 * y).cos();
+        let [coarse, fine] = [20, 40].map(|n| largest(&[axis(-1.0, 1.0, n), axis(0.0, 1.0, n)], &wave));
+        assert!(coarse < 1e-4 && coarse / fine > 12.0, "{coarse:e} {fine:e}");
+        let text = Surface::through(vec![axis(0.0, 1.0, 2)], &[0.0; 3])
+            .unwrap_err()
+            .to_string();
+        assert!(text.contains("at least 3"), "{text}");
+        assert!(Surface::through(vec![axis(0.0, 1.0, 3)], &[0.0; 3]).is_err());
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //! | item | what |
 //! |---|---|
 //! | [`Dop853`] | an initial-value problem, integrated by the Dormand-Prince method of order 8 |
+//! | [`STAGES`], [`SOLUTION`] | the weights of that method, for who writes it in another language |
 //! | [`Sampling`] | the uniform instants of a record |
 //! | [`run_held`] | a plant whose input is held from each instant to the next (zero-order hold) |
 //! | [`run_continuous`] | a plant whose input is a continuous function of time |
@@ -15,3 +16,4 @@ mod tableau;
 pub use crate::parallel::batch;
 pub use dop853::{Dop853, StateVector, Statistics, Tolerances};
 pub use hold::{Sampling, run_continuous, run_held};
+pub use tableau::{SOLUTION, STAGES};
