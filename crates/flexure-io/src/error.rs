@@ -12,6 +12,23 @@ use crate::topic::Topic;
 /// The result of every fallible function of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
+/// A record that is to be computed takes more memory than there is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{rows} rows of {columns} columns take {} of memory with what they are computed from, but half of the free memory is {}; compute fewer rows",
+    crate::memory::size(*.bytes), crate::memory::size(*.limit)
+)]
+pub struct NoMemory {
+    /// Its rows.
+    pub rows: usize,
+    /// Its columns.
+    pub columns: usize,
+    /// What they take, bytes.
+    pub bytes: u64,
+    /// The limit, bytes.
+    pub limit: u64,
+}
+
 /// What was wrong with a file.
 ///
 /// Every message is complete: it contains what the cause says, which therefore is a plain field and no
