@@ -328,7 +328,6 @@ fn a_loop_that_runs_away_ends() {
     let folder = Folder::new();
     let loops = [
         ("encoder_noise = 1e-4", "torque_noise = 1e12"),
-        ("encoder_noise = 1e-4", "encoder_noise = 1e12"),
         ("encoder_noise = 1e-4", "initial_velocity = 1e9"),
         ("kp = [400.0, 300.0]", "kp = [1e9, 1e9]"),
     ];

@@ -52,6 +52,14 @@ pub enum Error {
         /// What the operating system says.
         cause: io::Error,
     },
+    /// A folder cannot be made.
+    #[error("cannot make the folder {}: {}", .path.display(), reason(.cause))]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// What the operating system says.
+        cause: io::Error,
+    },
     /// A record was to be written under a name without the extension of a format.
     #[error("cannot write {}: a record's file name must end in .csv or .parquet", .path.display())]
     UnknownExtension {
@@ -352,6 +360,7 @@ fn topic_list(topics: &[Topic]) -> String {
 fn reason(error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::NotFound => "there is no such file or directory".to_owned(),
+        io::ErrorKind::AlreadyExists => "there is a file of this name".to_owned(),
         io::ErrorKind::IsADirectory => "it is a directory, not a file".to_owned(),
         io::ErrorKind::NotADirectory => "a part of its path is not a directory".to_owned(),
         io::ErrorKind::PermissionDenied => "permission denied".to_owned(),

@@ -12,6 +12,7 @@
 //! | know before long work that there is memory for its record | [`check_computed`] |
 //! | end by a signal and leave no temporary file | [`remove_temporaries`] |
 //! | know which file a link means | [`destination`] |
+//! | make a folder | [`make_folder`] |
 //! | write any other file whole or not at all | [`write_atomically`] |
 
 pub mod arm;
@@ -36,7 +37,7 @@ mod topic;
 mod units;
 mod write;
 
-pub use atomic::{check_writable, destination, write_atomically};
+pub use atomic::{check_writable, destination, make_folder, write_atomically};
 pub use error::{Error, LineProblem, NoMemory, Result};
 pub use memory::{check_computed, usual_memory};
 pub use model::{BlockLabel, ModelFile, ModelPath, RecordMark, model_text, parse_model, read_model, write_model};

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use anyhow::{Context as _, Result, bail};
 use flexure::Record;
 use flexure::simulation::batch;
-use flexure_io::{ReadOptions, RecordFile, Row, usual_memory, write_atomically};
+use flexure_io::{ReadOptions, RecordFile, Row, make_folder, usual_memory, write_atomically};
 use serde_json::{Value, json};
 
 /// The formats that a folder is searched for.
@@ -224,10 +224,8 @@ impl Fleet<'_> {
                         self.results.display()
                     );
                 }
-                fs::create_dir_all(self.results.join(ROWS))
-                    .with_context(|| format!("cannot make {}", self.results.display()))?;
-                fs::create_dir_all(self.results.join(MODELS))
-                    .with_context(|| format!("cannot make {}", self.results.display()))?;
+                make_folder(self.results.join(ROWS))?;
+                make_folder(self.results.join(MODELS))?;
                 Ok(write_atomically(&path, |out| writeln!(out, "{asked:#}"))?)
             }
         }

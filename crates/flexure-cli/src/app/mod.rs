@@ -14,6 +14,8 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result, bail};
 
+use flexure_io::make_folder;
+
 use crate::arguments;
 use crate::output::print;
 use project::Project;
@@ -45,9 +47,11 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let shown = arguments.folder.display();
-    std::fs::create_dir_all(&arguments.folder).with_context(|| shown.to_string())?;
-    let folder = arguments.folder.canonicalize().with_context(|| shown.to_string())?;
+    make_folder(&arguments.folder)?;
+    let folder = arguments
+        .folder
+        .canonicalize()
+        .with_context(|| arguments.folder.display().to_string())?;
     let listening = TcpListener::bind(("127.0.0.1", arguments.port));
     let listening = listening.and_then(|listener| Ok((listener.local_addr()?, listener)));
     let (address, listener) = match listening {

@@ -48,9 +48,13 @@ impl Project {
     }
 
     /// The files, by name, each with what it is.
-    pub fn files(&self) -> io::Result<Vec<Value>> {
+    pub fn files(&self) -> flexure_io::Result<Vec<Value>> {
         let mut files = Vec::new();
-        for entry in fs::read_dir(&self.folder)?.flatten() {
+        let entries = fs::read_dir(&self.folder).map_err(|cause| flexure_io::Error::Read {
+            path: self.folder.clone(),
+            cause,
+        })?;
+        for entry in entries.flatten() {
             let name = entry.file_name().to_string_lossy().into_owned();
             let Ok(found) = entry.metadata() else { continue };
             if found.is_file() && self.path(&name).is_some() {
