@@ -381,17 +381,16 @@ class Chain:
         ]
         initial = np.concatenate([own["q"], motors[0], own["v"], motors[1]])
         duration, dt = finite_number(duration, "duration"), finite_number(dt, "dt")
-        torques = [] if torque is None else self._torques(np.asarray(torque), duration, dt)
+        instants = self._core.instants(duration, dt)
+        torques = [] if torque is None else self._torques(np.asarray(torque), instants)
         tolerances = (finite_number(rtol, "rtol"), finite_number(atol, "atol"))
         return self._core.simulate(torques, initial.tolist(), (duration, dt), tolerances)
 
-    def _torques(self, torque: Any, duration: float, dt: float) -> list[Array]:
+    def _torques(self, torque: Any, instants: int) -> list[Array]:
         """A column a joint."""
         joints = len(self.joints)
         if torque.ndim == 1 and torque.shape == (joints,):
-            if not (dt > 0 and 0 < duration / dt < 1e8):
-                raise ParameterError(f"duration is {duration} and dt {dt}, but both must be positive and make less than 100 million instants")
-            torque = np.broadcast_to(torque, (int(duration / dt * (1 + 1e-12)) + 1, joints))
+            torque = np.broadcast_to(torque, (instants, joints))
         if torque.ndim != 2 or torque.shape[1] != joints:
             raise DataError(f"'torque' has the shape {torque.shape}, but this chain needs ({joints},) or (instants, {joints})")
         return [samples(torque[:, i], f"tau_{name}") for i, name in enumerate(self.joints)]

@@ -5,12 +5,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use flexure::manipulator::chain::{
-    Base, ChainData, ChainPreset, ChainSimulation, DrivenChain, Motors, RotorCoupling, simulate_chain_watched,
+    Base, ChainData, ChainPreset, ChainSimulation, DrivenChain, Motors, RotorCoupling, chain_columns,
+    simulate_chain_watched,
 };
 use flexure::simulation::{Sampling, Tolerances};
 use flexure_io::arm::chain_of_toml;
-use flexure_io::read_text;
 use flexure_io::urdf::{UrdfOptions, parse_urdf, read_urdf};
+use flexure_io::{check_computed, read_text};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
@@ -115,6 +116,13 @@ impl Chain {
     #[getter]
     fn flexible(&self) -> Vec<bool> {
         self.0.flexible()
+    }
+
+    /// The number of instants of a simulation, for whose record there is memory.
+    fn instants(&self, duration: f64, dt: f64) -> PyResult<usize> {
+        let rows = Sampling::new(duration, dt).map_err(|error| of_library(&error))?.rows();
+        check_computed(rows, chain_columns(&self.0).len()).map_err(|error| of_any(&error.into()))?;
+        Ok(rows)
     }
 
     /// The columns of a simulation under torques, one column a joint, from a state `[q, qm, v, vm]`.

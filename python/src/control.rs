@@ -33,6 +33,33 @@ type System = (String, Column, Column, Column, Column, bool);
 /// Denominator, numerator, powers of the input, and offset.
 type Estimate = (Vec<f64>, Vec<f64>, Vec<f64>, f64);
 
+/// Samples between two looks for signals: some hundredths of a second of the largest model.
+const SAMPLES: usize = 64;
+
+/// Two signals of one length.
+fn paired<'a>([a, b]: [(&str, &'a Column); 2]) -> PyResult<[&'a [f64]; 2]> {
+    let (first, second) = (a.1.samples(), b.1.samples());
+    match first.len() == second.len() {
+        true => Ok([first, second]),
+        false => Err(of_library(&flexure::Error::length(b.0, second.len(), first.len()))),
+    }
+}
+
+/// A state takes so many samples, all of them or, where a signal comes, none.
+fn taken<S: Clone>(py: Python<'_>, state: &mut S, count: usize, mut take: impl FnMut(&mut S, usize)) -> PyResult<()> {
+    let before = (count > SAMPLES).then(|| state.clone());
+    for k in 0..count {
+        if k % SAMPLES == SAMPLES - 1
+            && let Err(raised) = py.check_signals()
+        {
+            before.into_iter().for_each(|before| *state = before);
+            return Err(raised);
+        }
+        take(state, k);
+    }
+    Ok(())
+}
+
 fn of_arm(error: &ArmError) -> PyErr {
     match error {
         ArmError::Simulation(cause) => of_library(cause),
@@ -167,11 +194,9 @@ impl RecursiveHammerstein {
     }
 
     /// Takes samples.
-    fn push(&mut self, u: Column, y: Column) {
-        u.samples()
-            .iter()
-            .zip(y.samples())
-            .for_each(|(&u, &y)| self.0.push(u, y));
+    fn push(&mut self, py: Python<'_>, u: Column, y: Column) -> PyResult<()> {
+        let [u, y] = paired([("u", &u), ("y", &y)])?;
+        taken(py, &mut self.0, u.len(), |model, k| model.push(u[k], y[k]))
     }
 
     /// Denominator, numerator, powers and offset; none as long as the samples do not determine them.
@@ -206,11 +231,13 @@ impl RecursiveFriction {
     }
 
     /// Takes samples, and returns what was not foreseen of each torque; NaN where nothing was.
-    fn push(&mut self, torque: Column, velocity: Column) -> Vec<f64> {
-        let pairs = torque.samples().iter().zip(velocity.samples());
-        pairs
-            .map(|(&torque, &velocity)| self.0.push(torque, velocity).unwrap_or(f64::NAN))
-            .collect()
+    fn push(&mut self, py: Python<'_>, torque: Column, velocity: Column) -> PyResult<Vec<f64>> {
+        let [torque, velocity] = paired([("torque", &torque), ("velocity", &velocity)])?;
+        let mut missed = Vec::with_capacity(torque.len());
+        taken(py, &mut self.0, torque.len(), |model, k| {
+            missed.push(model.push(torque[k], velocity[k]).unwrap_or(f64::NAN));
+        })?;
+        Ok(missed)
     }
 
     /// Inertia, Coulomb friction, viscous friction and offset; none as long as the samples do not determine them.
@@ -246,11 +273,12 @@ impl Cusum {
     }
 
     /// Takes values; returns the places of alarms among them, and whether each is upwards.
-    fn push(&mut self, x: Column) -> Vec<(usize, bool)> {
-        let alarms = x.samples().iter().enumerate();
-        alarms
-            .filter_map(|(k, &x)| self.0.push(x).map(|side| (k, side > 0)))
-            .collect()
+    fn push(&mut self, py: Python<'_>, x: Column) -> PyResult<Vec<(usize, bool)>> {
+        let (x, mut alarms) = (x.samples(), Vec::new());
+        taken(py, &mut self.0, x.len(), |detector, k| {
+            alarms.extend(detector.push(x[k]).map(|side| (k, side > 0)));
+        })?;
+        Ok(alarms)
     }
 
     /// A checkpoint.

@@ -3,10 +3,10 @@
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result, bail};
+use anyhow::Result;
 use flexure::Record;
 use flexure_io::arm::{ArmFile, Paths, preset_text};
-use flexure_io::{check_writable, read_record, write_model, write_record};
+use flexure_io::{check_writable, make_folder, read_record, write_model, write_record};
 use flexure_workbench::demo::{self, BothJoints, ELBOW_COLUMNS, FreshRun, LOG_PRESET, Steps, VIEW_FILES, View};
 use serde_json::{Map, json};
 
@@ -59,10 +59,7 @@ const FILES: [&str; 7] = [
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let out = &arguments.out;
-    if out.exists() && !out.is_dir() {
-        bail!("{}: is a file; --out takes a folder", out.display());
-    }
-    std::fs::create_dir_all(out).with_context(|| format!("{}: the folder cannot be made", out.display()))?;
+    make_folder(out)?;
     if arguments.joint_views {
         return show_views(out, arguments.json);
     }

@@ -8,7 +8,7 @@ use flexure_io::{check_record_writable, write_table};
 use flexure_workbench::fleet::{Fleet, Outcome, members};
 use serde_json::json;
 
-use crate::arguments::Usage;
+use crate::arguments::{self, Usage};
 use crate::output::print;
 use crate::progress::measured;
 use crate::{identify, joint};
@@ -35,6 +35,9 @@ pub struct Arguments {
     /// The format of the table.
     #[arg(long, value_name = "FORMAT", value_parser = ["parquet", "csv"], default_value = "parquet")]
     table: String,
+    /// The most memory that a file may take, for example 8GiB; by default as everywhere, where there is a file a machine divided by the cores.
+    #[arg(long, value_name = "SIZE", value_parser = arguments::memory)]
+    memory: Option<u64>,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -192,7 +195,7 @@ impl Work {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let typed = arguments.of_command.typed();
     let work = Work::new(&typed)?;
-    let members = members(&arguments.dataset, &arguments.by)?;
+    let members = members(&arguments.dataset, &arguments.by, arguments.memory)?;
     let fleet = Fleet {
         results: &arguments.out,
         by: &arguments.by,
@@ -202,8 +205,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let table = arguments.out.join(format!("table.{}", arguments.table));
     check_record_writable(&table)?;
     let (rows, counts) = measured("identifying", |reported| {
-        reported.at(0, members.len());
-        fleet.run(&members, |file| work.of(file), |done| reported.at(done, members.len()))
+        fleet.run(&members, |file| work.of(file), |done, all| reported.at(done, all))
     })?;
     write_table(&table, &rows)?;
     if counts.failed == counts.members {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context as _, Result};
 use clap::{Arg, Command};
 use clap_complete::Shell;
+use flexure_io::make_folder;
 
 use crate::arguments::Usage;
 use crate::files::wrote;
@@ -186,7 +187,7 @@ pub fn manual(arguments: &ManualArguments, mut command: Command) -> Result<()> {
     // Gives the subcommands their full names.
     command.build();
     if let Some(folder) = &arguments.out {
-        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        make_folder(folder)?;
         clap_mangen::generate_to(command, folder).with_context(|| folder.display().to_string())?;
         let lines: Vec<String> = wrote([folder]).collect();
         return print(&lines.join("\n"));

@@ -101,7 +101,8 @@ impl Reported {
         }
         progress.bar.set_message(message);
         let [done, all] = self.units.each_ref().map(|units| units.load(Ordering::Relaxed));
-        if all > 0 && progress.bar.length() != Some(1000 * all as u64) {
+        // Before anything is done, nothing is known of what is left.
+        if done > 0 && progress.bar.length() != Some(1000 * all as u64) {
             progress.bar.set_style(style(true));
             progress.bar.set_length(1000 * all as u64);
         }
@@ -186,6 +187,18 @@ impl Drop for Stop<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn nothing_is_said_of_the_time_before_something_is_done() {
+        let (reported, progress) = (Reported::default(), Progress::new("identifying", 0.0));
+        let length = |done: usize| {
+            reported.at(done, 8);
+            reported.show("identifying", None, &progress);
+            progress.bar.length()
+        };
+        assert_eq!(length(0), Some(0));
+        assert_eq!(length(1), Some(8000));
+    }
 
     #[test]
     fn what_is_left_of_a_step_follows_from_its_jobs() {

@@ -321,3 +321,25 @@ fn wrong_usage_is_said() {
         "--of lqg: the scenario's controllers are: pd-feedforward, inverse-dynamics",
     );
 }
+
+/// An arm that turns ever faster would take ever more steps.
+#[test]
+fn a_loop_that_runs_away_ends() {
+    let folder = Folder::new();
+    let loops = [
+        ("encoder_noise = 1e-4", "torque_noise = 1e12"),
+        ("encoder_noise = 1e-4", "initial_velocity = 1e9"),
+        ("kp = [400.0, 300.0]", "kp = [1e9, 1e9]"),
+    ];
+    for (part, changed) in loops {
+        folder.write("s.toml", SHORT.replace(part, changed));
+        let object = folder.json("control s.toml --seeds 2");
+        let row = &object["results"][0];
+        let failure = row["failure"].as_str().unwrap_or_default();
+        assert_eq!(row["seeds"], 0, "{changed}: {row}");
+        assert!(
+            failure.contains("a joint turns faster than 100000 rad/s"),
+            "{changed}: {row}"
+        );
+    }
+}

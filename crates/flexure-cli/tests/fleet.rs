@@ -174,3 +174,24 @@ fn wrong_usage_is_refused() {
     }
     assert_eq!(folder.read("used/notes.txt"), "mine");
 }
+
+/// What is reached by several ways is one machine's, and only regular files are read.
+#[cfg(unix)]
+#[test]
+fn a_folder_with_links_in_circles_and_pipes() {
+    let folder = Folder::new();
+    fs::create_dir_all(folder.path("data/sub")).unwrap();
+    folder.known("data/a.csv", 700, 1);
+    folder.known("data/sub/b.csv", 700, 2);
+    for name in ["up", "again", "self"] {
+        let target = if name == "self" { "." } else { ".." };
+        std::os::unix::fs::symlink(target, folder.path("data/sub").join(name)).unwrap();
+    }
+    std::os::unix::fs::symlink("nowhere.csv", folder.path("data/c.csv")).unwrap();
+    let made = std::process::Command::new("mkfifo")
+        .arg(folder.path("data/pipe.csv"))
+        .status();
+    assert!(made.unwrap().success());
+    let object = folder.json("fleet data --by plant --input u --output y --structure static -o results");
+    assert_eq!((&object["machines"], &object["failed"]), (&2.into(), &0.into()));
+}

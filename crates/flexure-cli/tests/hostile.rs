@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::Folder;
+use common::{Folder, outcome};
 
 /// A folder with a record of a joint whose motor and link are given as text, sample by sample.
 fn joint(motor: impl Fn(f64) -> f64, link: impl Fn(f64) -> f64) -> Folder {
@@ -116,6 +116,42 @@ fn a_record_larger_than_the_limit_is_refused_until_the_limit_is_raised() {
         "r.csv: the table takes more memory than the limit of 10 KiB; --memory SIZE (such as 8GiB) allows more",
     );
     assert_eq!(folder.run("look r.csv --memory 10MiB").code, Some(0));
+}
+
+/// What is computed has room in the memory, or is refused before it is begun. Here the process has a limit of its own.
+#[cfg(target_os = "linux")]
+#[test]
+fn records_that_are_computed_have_room() {
+    let folder = Folder::new();
+    folder.known("r.csv", 2000, 1);
+    folder.done("simulate --preset space-arm --write-arm a.toml");
+    let long = folder.read("a.toml").replace("duration = 10.0", "duration = 900000.0");
+    folder.write("a.toml", long);
+    folder.done("control --preset rest-to-rest --write-scenario s.toml --dry-run");
+    let scenario = folder.read("s.toml");
+    let sample_time = scenario.lines().find(|line| line.starts_with("sample_time")).unwrap();
+    let short = scenario.replace(sample_time, "sample_time = 2e-6");
+    folder.write("s.toml", short);
+    let before = folder.content();
+    for arguments in [
+        "simulate a.toml -o out.csv",
+        "simulate --preset seven-joint-arm --duration 900000 --sample-time 0.01 -o out.csv",
+        "excite --preset space-arm --max-torque 10 --duration 90000 -o out.csv",
+        "prepare r.csv --resample 3e-7 -o out.csv",
+        "control s.toml -o out.csv",
+    ] {
+        let program = folder.command(arguments);
+        let mut limited = std::process::Command::new("sh");
+        limited.args(["-c", "ulimit -v 4000000 && exec \"$0\" \"$@\""]);
+        limited.arg(program.get_program()).args(program.get_args());
+        let outcome = outcome(limited.current_dir(folder.path("")));
+        assert_eq!(outcome.code, Some(1), "{arguments}: {outcome:?}");
+        assert!(
+            outcome.stderr.contains("half of the free memory"),
+            "{arguments}: {outcome:?}"
+        );
+    }
+    assert_eq!(folder.content(), before);
 }
 
 #[cfg(unix)]

@@ -52,6 +52,18 @@ fn check(path: &Path) -> io::Result<()> {
     }
 }
 
+/// Makes a folder, and those above it, where it is not there yet.
+///
+/// # Errors
+/// [`Error::Folder`].
+pub fn make_folder(path: impl AsRef<Path>) -> Result<()> {
+    let path = path.as_ref();
+    fs::create_dir_all(path).map_err(|cause| Error::Folder {
+        path: path.to_owned(),
+        cause,
+    })
+}
+
 /// The file that a path means: that to which symbolic links lead, be it there or not.
 ///
 /// # Errors

@@ -12,6 +12,23 @@ use crate::topic::Topic;
 /// The result of every fallible function of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
+/// A record that is to be computed takes more memory than there is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{rows} rows of {columns} columns take {} of memory with what they are computed from, but half of the free memory is {}; compute fewer rows",
+    crate::memory::size(*.bytes), crate::memory::size(*.limit)
+)]
+pub struct NoMemory {
+    /// Its rows.
+    pub rows: usize,
+    /// Its columns.
+    pub columns: usize,
+    /// What they take, bytes.
+    pub bytes: u64,
+    /// The limit, bytes.
+    pub limit: u64,
+}
+
 /// What was wrong with a file.
 ///
 /// Every message is complete: it contains what the cause says, which therefore is a plain field and no
@@ -31,6 +48,14 @@ pub enum Error {
     #[error("cannot write {}: {}", .path.display(), reason(.cause))]
     Write {
         /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        cause: io::Error,
+    },
+    /// A folder cannot be made.
+    #[error("cannot make the folder {}: {}", .path.display(), reason(.cause))]
+    Folder {
+        /// The folder.
         path: PathBuf,
         /// What the operating system says.
         cause: io::Error,
@@ -335,6 +360,7 @@ fn topic_list(topics: &[Topic]) -> String {
 fn reason(error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::NotFound => "there is no such file or directory".to_owned(),
+        io::ErrorKind::AlreadyExists => "there is a file of this name".to_owned(),
         io::ErrorKind::IsADirectory => "it is a directory, not a file".to_owned(),
         io::ErrorKind::NotADirectory => "a part of its path is not a directory".to_owned(),
         io::ErrorKind::PermissionDenied => "permission denied".to_owned(),

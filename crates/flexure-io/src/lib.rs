@@ -9,8 +9,10 @@
 //! | read a chain of links from URDF | [`urdf`] |
 //! | read or write a model | [`read_model`], [`write_model`]; its text [`parse_model`], [`model_text`] |
 //! | know before long work that its result can be written | [`check_writable`], [`check_record_writable`] |
+//! | know before long work that there is memory for its record | [`check_computed`] |
 //! | end by a signal and leave no temporary file | [`remove_temporaries`] |
 //! | know which file a link means | [`destination`] |
+//! | make a folder | [`make_folder`] |
 //! | write any other file whole or not at all | [`write_atomically`] |
 
 pub mod arm;
@@ -35,8 +37,9 @@ mod topic;
 mod units;
 mod write;
 
-pub use atomic::{check_writable, destination, write_atomically};
-pub use error::{Error, LineProblem, Result};
+pub use atomic::{check_writable, destination, make_folder, write_atomically};
+pub use error::{Error, LineProblem, NoMemory, Result};
+pub use memory::{check_computed, usual_memory};
 pub use model::{BlockLabel, ModelFile, ModelPath, RecordMark, model_text, parse_model, read_model, write_model};
 pub use options::{Decimal, ReadOptions};
 pub use read::read_record;

@@ -7,7 +7,7 @@ use std::cell::Cell;
 use std::io::{self, Read};
 use std::path::Path;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, NoMemory, Result};
 
 /// The most memory for a record where [`ReadOptions::memory`](crate::ReadOptions::memory) does not say it, bytes.
 const MOST: u64 = 4 << 30;
@@ -27,9 +27,9 @@ pub(crate) struct Budget<'a> {
 }
 
 impl<'a> Budget<'a> {
-    /// For the record at `path`: as much as was given, or else 4 GiB, or half of the free memory where that is less.
+    /// For the record at `path`: as much as was given, or else the usual.
     pub(crate) fn new(path: &'a Path, given: Option<u64>) -> Self {
-        let limit = given.unwrap_or_else(|| free().map_or(MOST, |free| MOST.min(free / SHARE_OF_FREE)));
+        let limit = given.unwrap_or_else(usual_memory);
         Budget {
             path,
             limit,
@@ -117,12 +117,53 @@ pub(crate) fn small_file(path: &Path, limit: u64) -> Result<Vec<u8>> {
     }
 }
 
+/// The most memory for a record where it is not given, bytes: 4 GiB, or half of the free memory where that is less.
+pub fn usual_memory() -> u64 {
+    free().map_or(MOST, |free| MOST.min(free / SHARE_OF_FREE))
+}
+
+/// Refuses a record that is to be computed, of so many rows and columns, where half of the free memory does not hold it and what it is
+/// computed from, which is as much again.
+///
+/// # Errors
+/// [`NoMemory`].
+pub fn check_computed(rows: usize, columns: usize) -> std::result::Result<(), NoMemory> {
+    fits(rows, columns, free())
+}
+
+fn fits(rows: usize, columns: usize, free: Option<u64>) -> std::result::Result<(), NoMemory> {
+    let bytes = [rows, columns, 2 * size_of::<f64>()]
+        .into_iter()
+        .fold(1, |product: u64, n| product.saturating_mul(n as u64));
+    match free.map(|free| free / SHARE_OF_FREE) {
+        Some(limit) if bytes > limit => Err(NoMemory {
+            rows,
+            columns,
+            bytes,
+            limit,
+        }),
+        _ => Ok(()),
+    }
+}
+
 /// The memory that can be had without taking it from others, where the system says it, bytes.
 fn free() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-    let kibibytes: u64 = line.split_whitespace().next()?.parse().ok()?;
-    Some(kibibytes << 10)
+    let available = kibibytes("/proc/meminfo", "MemAvailable:");
+    // The process may have a limit of its own (ulimit -v).
+    let limits = std::fs::read_to_string("/proc/self/limits").unwrap_or_default();
+    let limit = limits.lines().find_map(|line| line.strip_prefix("Max address space"));
+    let limit = limit.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
+    let taken = kibibytes("/proc/self/status", "VmSize:").unwrap_or(0);
+    let own = limit.map(|limit| limit.saturating_sub(taken));
+    [available, own].into_iter().flatten().min()
+}
+
+/// The bytes of a line such as `MemAvailable: 1024 kB`.
+fn kibibytes(file: &str, name: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(file).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
+    let count: u64 = line.split_whitespace().next()?.parse().ok()?;
+    Some(count << 10)
 }
 
 /// A size as people write it: `4 GiB`.
@@ -136,5 +177,23 @@ pub(crate) fn size(bytes: u64) -> String {
     match bytes % divisor {
         0 => format!("{} {unit}", bytes / divisor),
         _ => format!("{:.1} {unit}", bytes as f64 / divisor as f64),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_computed_record_takes_at_most_half_of_the_free_memory() {
+        let gibibyte = 1 << 30;
+        // 2^20 rows of 4 columns and as much again are 64 MiB.
+        assert!(fits(1 << 20, 4, Some(gibibyte)).is_ok());
+        assert!(fits(1 << 20, 32, Some(gibibyte)).is_ok());
+        let refused = fits(1 << 20, 33, Some(gibibyte)).unwrap_err().to_string();
+        assert!(refused.contains("528 MiB") && refused.contains("512 MiB"), "{refused}");
+        assert!(fits(usize::MAX, usize::MAX, Some(u64::MAX)).is_err());
+        // Where nothing is known, nothing is refused.
+        assert!(fits(usize::MAX, 2, None).is_ok());
     }
 }

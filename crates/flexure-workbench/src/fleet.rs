@@ -12,7 +12,7 @@ use std::sync::Arc;
 use anyhow::{Context as _, Result, bail};
 use flexure::Record;
 use flexure::simulation::batch;
-use flexure_io::{RecordFile, Row, read_record, write_atomically};
+use flexure_io::{ReadOptions, RecordFile, Row, make_folder, usual_memory, write_atomically};
 use serde_json::{Value, json};
 
 /// The formats that a folder is searched for.
@@ -29,8 +29,8 @@ pub struct Member {
 /// Where a machine's record is.
 #[derive(Debug, Clone)]
 enum Source {
-    /// In a file of its own.
-    File(PathBuf),
+    /// In a file of its own, whose record may take so much memory, bytes.
+    File(PathBuf, u64),
     /// In rows of a file of several.
     Rows(Arc<RecordFile>, Vec<usize>),
 }
@@ -42,7 +42,7 @@ impl Member {
     /// Those of reading the file.
     pub fn read(&self) -> Result<RecordFile> {
         match &self.source {
-            Source::File(path) => Ok(read_record(path)?),
+            Source::File(path, memory) => Ok(reading(Some(*memory)).read(path)?),
             Source::Rows(file, rows) => {
                 let part =
                     |(name, samples): (&str, &[f64])| (name.to_owned(), rows.iter().map(|&i| samples[i]).collect());
@@ -58,21 +58,30 @@ impl Member {
     /// How much work it is, roughly.
     fn size(&self) -> u64 {
         match &self.source {
-            Source::File(path) => fs::metadata(path).map_or(0, |meta| meta.len()),
+            Source::File(path, _) => fs::metadata(path).map_or(0, |meta| meta.len()),
             Source::Rows(file, rows) => (rows.len() * file.record.names().len() * size_of::<f64>()) as u64,
         }
     }
 }
 
+/// How records are read that may take so much memory, bytes.
+fn reading(memory: Option<u64>) -> ReadOptions {
+    ReadOptions {
+        memory,
+        ..ReadOptions::default()
+    }
+}
+
 /// The machines of a data set, in the order of their keys: a file with a column `by`, whose numbers tell them apart; or a folder, searched
-/// through, with folders `by=KEY` or else with one file a machine, which is called like it.
+/// through, with folders `by=KEY` or else with one file a machine, which is called like it. `memory` is the
+/// most for a file; if it is not given, the usual one, of which each thread has its part.
 ///
 /// # Errors
 /// Names the data set where it cannot be read, has no machine, or has two of one key.
-pub fn members(dataset: &Path, by: &str) -> Result<Vec<Member>> {
+pub fn members(dataset: &Path, by: &str, memory: Option<u64>) -> Result<Vec<Member>> {
     let mut members = match dataset.is_dir() {
-        true => of_folder(dataset, by)?,
-        false => of_file(dataset, by)?,
+        true => of_folder(dataset, by, memory)?,
+        false => of_file(dataset, by, memory)?,
     };
     members.sort_by(|a, b| in_order(&a.key, &b.key));
     let mut keys = HashSet::new();
@@ -101,10 +110,17 @@ fn in_order(a: &str, b: &str) -> std::cmp::Ordering {
     }
 }
 
-fn of_folder(folder: &Path, by: &str) -> Result<Vec<Member>> {
+fn of_folder(folder: &Path, by: &str, memory: Option<u64>) -> Result<Vec<Member>> {
+    let threads = std::thread::available_parallelism().map_or(1, |threads| threads.get() as u64);
+    let memory = memory.unwrap_or_else(|| usual_memory() / threads);
     let mut members = Vec::new();
     let mut open = vec![folder.to_owned()];
+    // Links may lead in circles.
+    let mut seen = HashSet::new();
     while let Some(folder) = open.pop() {
+        if !folder.canonicalize().is_ok_and(|folder| seen.insert(folder)) {
+            continue;
+        }
         let entries = fs::read_dir(&folder).with_context(|| format!("cannot read {}", folder.display()))?;
         for entry in entries {
             let path = entry
@@ -121,9 +137,9 @@ fn of_folder(folder: &Path, by: &str) -> Result<Vec<Member>> {
             let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
             if path.is_dir() {
                 open.push(path);
-            } else if extension.is_some_and(|e| FORMATS.contains(&e.as_str())) {
+            } else if path.is_file() && extension.is_some_and(|e| FORMATS.contains(&e.as_str())) {
                 let key = key_of(&path, by);
-                let source = Source::File(path);
+                let source = Source::File(path, memory);
                 members.push(Member { key, source });
             }
         }
@@ -140,8 +156,8 @@ fn key_of(path: &Path, by: &str) -> String {
     folders.into_iter().next_back().or_else(stem).unwrap_or_default()
 }
 
-fn of_file(path: &Path, by: &str) -> Result<Vec<Member>> {
-    let file = read_record(path)?;
+fn of_file(path: &Path, by: &str, memory: Option<u64>) -> Result<Vec<Member>> {
+    let file = reading(memory).read(path)?;
     let keys = file.finite(by).with_context(|| {
         format!("--by {by} must be a column of numbers; keys that are text are folders {by}=KEY, or the names of files in a folder")
     })?;
@@ -208,16 +224,14 @@ impl Fleet<'_> {
                         self.results.display()
                     );
                 }
-                fs::create_dir_all(self.results.join(ROWS))
-                    .with_context(|| format!("cannot make {}", self.results.display()))?;
-                fs::create_dir_all(self.results.join(MODELS))
-                    .with_context(|| format!("cannot make {}", self.results.display()))?;
+                make_folder(self.results.join(ROWS))?;
+                make_folder(self.results.join(MODELS))?;
                 Ok(write_atomically(&path, |out| writeln!(out, "{asked:#}"))?)
             }
         }
     }
 
-    /// Identifies every machine that has no model yet, the largest first, side by side; `done` hears how many are. Returns the rows of all, in the
+    /// Identifies every machine that has no model yet, the largest first, side by side; `done` hears how many are, of how many. Returns the rows of all, in the
     /// order of `members`, whatever the number of threads.
     ///
     /// # Errors
@@ -226,7 +240,7 @@ impl Fleet<'_> {
         &self,
         members: &[Member],
         identify: impl Fn(RecordFile) -> Result<Outcome> + Sync,
-        done: impl Fn(usize) + Sync,
+        done: impl Fn(usize, usize) + Sync,
     ) -> Result<(Vec<Row>, Counts)> {
         let kept: Vec<bool> = members.iter().map(|member| self.kept(member).is_some()).collect();
         let mut jobs: Vec<&Member> = members
@@ -236,10 +250,10 @@ impl Fleet<'_> {
             .map(|(m, _)| m)
             .collect();
         jobs.sort_by_key(|member| std::cmp::Reverse(member.size()));
-        let count = std::sync::atomic::AtomicUsize::new(members.len() - jobs.len());
+        let count = std::sync::atomic::AtomicUsize::new(0);
         let ran: Vec<Result<()>> = batch(&jobs, |member| {
             let written = self.one(member, &identify);
-            done(1 + count.fetch_add(1, std::sync::atomic::Ordering::Relaxed));
+            done(1 + count.fetch_add(1, std::sync::atomic::Ordering::Relaxed), jobs.len());
             written
         });
         ran.into_iter().collect::<Result<()>>()?;

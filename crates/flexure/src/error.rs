@@ -442,6 +442,12 @@ pub enum IntegrationFailure {
         /// The step that would have come next, s.
         step: f64,
     },
+    /// A joint of a controlled arm turns faster than any does.
+    #[error("a joint turns faster than {} rad/s; the loop is unstable, or its noise or torque too large", exact(*.limit))]
+    TooFast {
+        /// The largest speed, rad/s.
+        limit: f64,
+    },
     /// The state or its derivative has overflowed.
     #[error("the motion is no longer finite; it grows without bound")]
     NotFinite,

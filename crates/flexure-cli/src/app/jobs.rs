@@ -283,7 +283,8 @@ fn start(project: &Project, arguments: &[String]) -> Result<(Child, Arc<Mutex<Sa
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped());
-    let mut child = command.spawn().map_err(|error| error.to_string())?;
+    let unbegun = |error| format!("no command can be begun in {}: {error}", project.folder.display());
+    let mut child = command.spawn().map_err(unbegun)?;
     let said = Arc::new(Mutex::new(Said {
         open: 2,
         ..Said::default()

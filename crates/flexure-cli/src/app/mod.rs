@@ -3,15 +3,18 @@
 //! A server on this machine alone: it listens on 127.0.0.1, answers only under a path that nobody can guess, and only what its own page
 //! asks for. Every command is this program as a child process, which can be cancelled and takes no other command with it.
 
+mod http;
 mod jobs;
 mod project;
 mod server;
 
 use std::io::IsTerminal;
+use std::net::TcpListener;
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use anyhow::{Context as _, Result, bail};
+
+use flexure_io::make_folder;
 
 use crate::arguments;
 use crate::output::print;
@@ -44,19 +47,19 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let shown = arguments.folder.display();
-    std::fs::create_dir_all(&arguments.folder).with_context(|| shown.to_string())?;
-    let folder = arguments.folder.canonicalize().with_context(|| shown.to_string())?;
-    let server = tiny_http::Server::http(("127.0.0.1", arguments.port));
-    let server = match server {
-        Ok(server) => server,
+    make_folder(&arguments.folder)?;
+    let folder = arguments
+        .folder
+        .canonicalize()
+        .with_context(|| arguments.folder.display().to_string())?;
+    let listening = TcpListener::bind(("127.0.0.1", arguments.port));
+    let listening = listening.and_then(|listener| Ok((listener.local_addr()?, listener)));
+    let (address, listener) = match listening {
+        Ok(listening) => listening,
         Err(error) => bail!(
             "cannot listen on port {} of 127.0.0.1: {error}; choose another by --port",
             arguments.port
         ),
-    };
-    let Some(address) = server.server_addr().to_ip() else {
-        bail!("the server has no address");
     };
     let mut token = [0; 16];
     if let Err(error) = getrandom::fill(&mut token) {
@@ -64,12 +67,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let token: String = token.iter().map(|byte| format!("{byte:02x}")).collect();
     let page = format!("http://{address}/{token}/");
-    let app = Arc::new(App {
+    let app = App {
         host: address.to_string(),
         token,
         project: Project::new(folder, arguments.largest_file.unwrap_or(LARGEST)),
         jobs: jobs::Jobs::default(),
-    });
+    };
     print(&format!(
         "{page}\nCtrl-C ends the app. Whoever has this address can use it."
     ))?;
@@ -77,6 +80,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         // The address stands there for who has no browser here.
         let _ = open::that_detached(&page);
     }
-    server::serve(&Arc::new(server), &app);
+    http::serve(&listener, &|request| app.answer(request));
     Ok(())
 }

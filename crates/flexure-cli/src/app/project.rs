@@ -48,9 +48,13 @@ impl Project {
     }
 
     /// The files, by name, each with what it is.
-    pub fn files(&self) -> io::Result<Vec<Value>> {
+    pub fn files(&self) -> flexure_io::Result<Vec<Value>> {
         let mut files = Vec::new();
-        for entry in fs::read_dir(&self.folder)?.flatten() {
+        let entries = fs::read_dir(&self.folder).map_err(|cause| flexure_io::Error::Read {
+            path: self.folder.clone(),
+            cause,
+        })?;
+        for entry in entries.flatten() {
             let name = entry.file_name().to_string_lossy().into_owned();
             let Ok(found) = entry.metadata() else { continue };
             if found.is_file() && self.path(&name).is_some() {
@@ -95,7 +99,9 @@ impl Project {
             None => (name, String::new()),
         };
         let numbered = (2..).map(|i| format!("{stem}-{i}{extension}"));
-        let free = |name: &String| !promised.contains(name) && self.path(name).is_some_and(|path| !path.exists());
+        let free = |name: &String| {
+            !promised.contains(name) && self.path(name).is_some_and(|path| path.symlink_metadata().is_err())
+        };
         let chosen = std::iter::once(name.to_owned())
             .chain(numbered)
             .take(10_000)
@@ -113,24 +119,19 @@ impl Project {
     }
 
     /// Keeps what is uploaded, under the name that it gets.
-    pub fn keep(&self, name: &str, length: Option<u64>, content: &mut dyn Read) -> Result<String, Refusal> {
-        if length.is_some_and(|length| length > self.largest) {
+    pub fn keep(&self, name: &str, length: u64, content: &mut dyn Read) -> Result<String, Refusal> {
+        if length > self.largest {
             return Err(Refusal::Size);
         }
         let name = self.promise(name).ok_or(Refusal::Name)?;
         let path = self.folder.join(&name);
-        let mut kept = 0;
-        let written = write_atomically(&path, |out| {
-            kept = io::copy(&mut content.take(self.largest + 1), out)?;
-            match kept > self.largest || length.is_some_and(|length| length != kept) {
-                true => Err(io::Error::other("the upload ended early, or is too large")),
-                false => Ok(()),
-            }
+        let written = write_atomically(&path, |out| match io::copy(content, out)? == length {
+            true => Ok(()),
+            false => Err(io::Error::other("the upload ended early")),
         });
         self.release([&name]);
         match written {
             Ok(()) => Ok(name),
-            Err(_) if kept > self.largest => Err(Refusal::Size),
             Err(error) => Err(Refusal::Failed(error.to_string())),
         }
     }

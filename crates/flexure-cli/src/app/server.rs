@@ -1,20 +1,17 @@
 //! What is asked for, and the answers.
 
 use std::io::Read;
-use std::sync::Arc;
 
 use flexure::identify::structures;
 use flexure::nonlinearity::EstimatorName;
 use flexure_export::Format;
 use flexure_workbench::Named;
 use serde_json::{Value, json};
-use tiny_http::{Header, Method, Request, Response, Server};
 
+use super::http::{Answer, Content, Request};
 use super::jobs::{self, Jobs};
 use super::project::{Project, Refusal};
 
-/// The threads that answer: a page has few requests at once, but an upload holds one.
-const THREADS: usize = 8;
 /// The longest request but for an upload, bytes.
 const LONGEST_REQUEST: u64 = 64 << 10;
 
@@ -34,170 +31,106 @@ pub struct App {
     pub jobs: Jobs,
 }
 
-/// An answer.
-struct Answer {
-    status: u16,
-    kind: &'static str,
-    policy: &'static str,
-    content: Content,
-    /// The name under which a browser keeps it.
-    download: Option<String>,
-}
-
-enum Content {
-    Bytes(Vec<u8>),
-    File(std::fs::File),
-}
-
-impl Answer {
-    fn bytes(status: u16, kind: &'static str, content: impl Into<Vec<u8>>) -> Self {
-        Answer {
-            status,
-            kind,
-            policy: OWN,
-            content: Content::Bytes(content.into()),
-            download: None,
-        }
-    }
-
-    fn json(value: &Value) -> Self {
-        Answer::bytes(200, "application/json", value.to_string())
-    }
-
-    fn refused(status: u16, problem: impl Into<String>) -> Self {
-        Answer::bytes(
-            status,
-            "application/json",
-            json!({ "problem": problem.into() }).to_string(),
-        )
-    }
-}
-
-/// Answers until the process ends.
-pub fn serve(server: &Arc<Server>, app: &Arc<App>) {
-    std::thread::scope(|scope| {
-        for _ in 0..THREADS {
-            scope.spawn(|| {
-                while let Ok(mut request) = server.recv() {
-                    let answer = app.answer(&mut request);
-                    // Who asked may have gone.
-                    let _ = respond(request, answer);
-                }
-            });
-        }
-    });
-}
-
-fn respond(request: Request, answer: Answer) -> std::io::Result<()> {
-    let disposition = answer.download.map(|name| {
-        let encoded: String = name.bytes().map(|byte| format!("%{byte:02X}")).collect();
-        format!("attachment; filename*=UTF-8''{encoded}")
-    });
-    let headers = [
-        ("Content-Type", Some(answer.kind.to_owned())),
-        ("Content-Security-Policy", Some(answer.policy.to_owned())),
-        ("Content-Disposition", disposition),
-        ("Cache-Control", Some("no-store".to_owned())),
-        ("Referrer-Policy", Some("no-referrer".to_owned())),
-        ("X-Content-Type-Options", Some("nosniff".to_owned())),
-        ("Cross-Origin-Resource-Policy", Some("same-origin".to_owned())),
+/// An answer of this kind, under a policy.
+fn answer(status: u16, kind: &str, policy: &str, content: Content) -> Answer {
+    let fields = [
+        ("Content-Type", kind),
+        ("Content-Security-Policy", policy),
+        ("Cache-Control", "no-store"),
+        ("Referrer-Policy", "no-referrer"),
+        ("X-Content-Type-Options", "nosniff"),
+        ("Cross-Origin-Resource-Policy", "same-origin"),
     ];
-    let headers: Vec<Header> = headers
-        .into_iter()
-        .filter_map(|(name, value)| Header::from_bytes(name, value?).ok())
-        .collect();
-    let empty = || Response::empty(answer.status);
-    match answer.content {
-        Content::File(file) => {
-            let response = headers
-                .into_iter()
-                .fold(Response::from_file(file), |r, h| r.with_header(h));
-            request.respond(response)
-        }
-        Content::Bytes(bytes) if bytes.is_empty() => request.respond(empty()),
-        Content::Bytes(bytes) => {
-            let response = Response::from_data(bytes).with_status_code(answer.status);
-            request.respond(headers.into_iter().fold(response, |r, h| r.with_header(h)))
-        }
+    Answer {
+        status,
+        fields: fields.map(|(name, value)| (name, value.to_owned())).to_vec(),
+        content,
     }
+}
+
+fn bytes(status: u16, kind: &str, content: impl Into<Vec<u8>>) -> Answer {
+    answer(status, kind, OWN, Content::Bytes(content.into()))
+}
+
+fn as_json(value: &Value) -> Answer {
+    bytes(200, "application/json", value.to_string())
+}
+
+fn refused(status: u16, problem: impl Into<String>) -> Answer {
+    bytes(
+        status,
+        "application/json",
+        json!({ "problem": problem.into() }).to_string(),
+    )
 }
 
 impl App {
-    fn answer(&self, request: &mut Request) -> Answer {
+    pub fn answer(&self, request: &mut Request) -> Answer {
         let Some(path) = self.own_path(request) else {
-            return Answer::bytes(403, "text/plain", "");
+            return bytes(403, "text/plain", "");
         };
         let (path, query) = path.split_once('?').unwrap_or((&path, ""));
         let parts: Vec<String> = path.split('/').filter_map(decoded).collect();
         let parts: Vec<&str> = parts.iter().map(String::as_str).collect();
-        match (request.method(), &parts[..]) {
-            (Method::Get, [""]) => Answer::bytes(200, "text/html; charset=utf-8", include_str!("page.html")),
-            (Method::Get, ["app.js"]) => Answer::bytes(200, "text/javascript; charset=utf-8", include_str!("page.js")),
-            (Method::Get, ["app.css"]) => {
+        match (request.method.as_str(), &parts[..]) {
+            ("GET", [""]) => bytes(200, "text/html; charset=utf-8", include_str!("page.html")),
+            ("GET", ["app.js"]) => bytes(200, "text/javascript; charset=utf-8", include_str!("page.js")),
+            ("GET", ["app.css"]) => {
                 let style = [flexure_report::STYLE, include_str!("page.css")].concat();
-                Answer::bytes(200, "text/css; charset=utf-8", style)
+                bytes(200, "text/css; charset=utf-8", style)
             }
-            (Method::Get, ["project"]) => self.project_answer(),
-            (Method::Get, ["files", name]) => self.file(name, query == "download"),
-            (Method::Put, ["files", name]) => {
-                let length = request.body_length().map(|length| length as u64);
-                match self.project.keep(name, length, request.as_reader()) {
-                    Ok(name) => Answer::json(&json!({ "name": name })),
-                    Err(Refusal::Name) => {
-                        Answer::refused(400, format!("'{name}' is no name for a file of the project"))
-                    }
-                    Err(Refusal::Size) => {
-                        Answer::refused(413, "the file is too large; --largest-file SIZE allows more")
-                    }
-                    Err(Refusal::Failed(problem)) => Answer::refused(500, problem),
+            ("GET", ["project"]) => self.project_answer(),
+            ("GET", ["files", name]) => self.file(name, query == "download"),
+            ("PUT", ["files", name]) => {
+                let length = request.body.length;
+                match self.project.keep(name, length, &mut request.body) {
+                    Ok(name) => as_json(&json!({ "name": name })),
+                    Err(Refusal::Name) => refused(400, format!("'{name}' is no name for a file of the project")),
+                    Err(Refusal::Size) => refused(413, "the file is too large; --largest-file SIZE allows more"),
+                    Err(Refusal::Failed(problem)) => refused(500, problem),
                 }
             }
-            (Method::Post, ["jobs"]) => {
+            ("POST", ["jobs"]) => {
                 let mut text = Vec::new();
-                let read = request.as_reader().take(LONGEST_REQUEST).read_to_end(&mut text);
+                let read = (&mut request.body).take(LONGEST_REQUEST).read_to_end(&mut text);
                 let asked = read.map_err(|e| e.to_string());
                 let asked =
                     asked.and_then(|_| serde_json::from_slice::<jobs::Request>(&text).map_err(|e| e.to_string()));
                 match asked.and_then(|asked| self.jobs.begin(&self.project, &asked)) {
-                    Ok(number) => Answer::json(&json!({ "job": number })),
-                    Err(problem) => Answer::refused(400, problem),
+                    Ok(number) => as_json(&json!({ "job": number })),
+                    Err(problem) => refused(400, problem),
                 }
             }
-            (Method::Get, ["jobs", number]) => {
+            ("GET", ["jobs", number]) => {
                 let state = number
                     .parse()
                     .ok()
                     .and_then(|number| self.jobs.state(&self.project, number));
-                state.map_or_else(
-                    || Answer::refused(404, "there is no such command"),
-                    |state| Answer::json(&state),
-                )
+                state.map_or_else(|| refused(404, "there is no such command"), |state| as_json(&state))
             }
-            (Method::Delete, ["jobs", number]) => {
+            ("DELETE", ["jobs", number]) => {
                 match number
                     .parse()
                     .is_ok_and(|number| self.jobs.cancel(&self.project, number))
                 {
-                    true => Answer::json(&json!({})),
-                    false => Answer::refused(404, "there is no such command"),
+                    true => as_json(&json!({})),
+                    false => refused(404, "there is no such command"),
                 }
             }
-            _ => Answer::refused(404, "there is nothing here"),
+            _ => refused(404, "there is nothing here"),
         }
     }
 
     /// The path behind the token, of a request by the app's own page; `None` for all others.
     fn own_path(&self, request: &Request) -> Option<String> {
-        let header = |name: &'static str| {
-            let found = request.headers().iter().find(|header| header.field.equiv(name));
-            found.map(|header| header.value.as_str())
-        };
         let origin = format!("http://{}", self.host);
         // A name that leads here, or a page of elsewhere that asks for something here, is not the app's.
-        let is_own = header("Host") == Some(&self.host)
-            && header("Origin").is_none_or(|found| found == origin)
-            && header("Sec-Fetch-Site").is_none_or(|site| ["same-origin", "none"].contains(&site));
-        let rest = request.url().strip_prefix('/')?;
+        let is_own = request.field("Host") == Some(&*self.host)
+            && request.field("Origin").is_none_or(|found| found == origin)
+            && request
+                .field("Sec-Fetch-Site")
+                .is_none_or(|site| ["same-origin", "none"].contains(&site));
+        let rest = request.target.strip_prefix('/')?;
         let (token, path) = rest.split_once('/')?;
         // Every byte is compared, so that the time says nothing of where they differ.
         let differs = token
@@ -218,8 +151,8 @@ impl App {
             .iter()
             .map(|e| json!({ "name": e.name(), "description": e.title() }));
         match self.project.files() {
-            Err(error) => Answer::refused(500, error.to_string()),
-            Ok(files) => Answer::json(&json!({
+            Err(error) => refused(500, error.to_string()),
+            Ok(files) => as_json(&json!({
                 "folder": self.project.folder.display().to_string(),
                 "files": files,
                 "structures": structures.collect::<Vec<_>>(),
@@ -231,20 +164,16 @@ impl App {
 
     fn file(&self, name: &str, download: bool) -> Answer {
         let Some(file) = self.project.open(name) else {
-            return Answer::refused(404, format!("there is no file '{name}'"));
+            return refused(404, format!("there is no file '{name}'"));
         };
-        let is_page = name.to_ascii_lowercase().ends_with(".html") && !download;
-        Answer {
-            status: 200,
-            kind: if is_page {
-                "text/html; charset=utf-8"
-            } else {
-                "application/octet-stream"
-            },
-            policy: FOREIGN,
-            content: Content::File(file),
-            download: (!is_page).then(|| name.to_owned()),
+        if name.to_ascii_lowercase().ends_with(".html") && !download {
+            return answer(200, "text/html; charset=utf-8", FOREIGN, Content::File(file));
         }
+        let mut answer = answer(200, "application/octet-stream", FOREIGN, Content::File(file));
+        let encoded: String = name.bytes().map(|byte| format!("%{byte:02X}")).collect();
+        let disposition = format!("attachment; filename*=UTF-8''{encoded}");
+        answer.fields.push(("Content-Disposition", disposition));
+        answer
     }
 }
 

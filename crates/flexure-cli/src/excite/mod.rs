@@ -11,7 +11,7 @@ use clap::{ArgGroup, ValueEnum};
 use flexure::Record;
 use flexure::manipulator::{Arm, JointKind, LinkDynamics, SimulationOptions};
 use flexure_io::arm::ArmFile;
-use flexure_io::write_record;
+use flexure_io::{check_computed, write_record};
 use flexure_workbench::lines::Lines;
 use serde_json::{Value, json};
 
@@ -162,6 +162,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         initial: file.initial,
         ..SimulationOptions::new(arguments.duration, arguments.sample_time)?
     };
+    // Signals, motion and rehearsal.
+    check_computed(options.sampling.rows(), 30)?;
     let setup = Setup {
         arm: &arm,
         options: &options,

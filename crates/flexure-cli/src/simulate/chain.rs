@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 use flexure::Record;
 use flexure::manipulator::chain::{
-    Base, Chain, ChainPreset, ChainSimulation, DrivenChain, RotorCoupling, simulate_chain_watched,
+    Base, Chain, ChainPreset, ChainSimulation, DrivenChain, RotorCoupling, chain_columns, simulate_chain_watched,
 };
 use flexure::text::counted;
 use flexure_io::arm::{chain_of_toml, is_chain};
 use flexure_io::urdf::{UrdfOptions, parse_urdf};
-use flexure_io::{read_record, write_record};
+use flexure_io::{check_computed, read_record, write_record};
 use serde_json::json;
 
 use super::{Arguments, Source};
@@ -131,6 +131,7 @@ pub fn run(arguments: &Arguments, chain: &DrivenChain) -> Result<()> {
     let mut options = ChainSimulation::new(chain, duration, sample_time)?;
     start(chain, &given.start, &mut options)?;
     let rows = options.sampling.rows();
+    check_computed(rows, chain_columns(chain).len())?;
     let torques = match &given.torques {
         Some(path) => torques(chain, path, rows)?,
         None => Vec::new(),

@@ -2,6 +2,8 @@
 
 use toml::de::{DeTable, DeValue};
 
+use crate::error::NoMemory;
+
 /// What was wrong with an arm file, where.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -44,6 +46,9 @@ pub enum ArmError {
         /// What is wrong.
         reason: String,
     },
+    /// There is no memory for the simulated record.
+    #[error(transparent)]
+    Memory(#[from] NoMemory),
     /// The excitation or the simulation failed.
     #[error(transparent)]
     Simulation(#[from] flexure::Error),

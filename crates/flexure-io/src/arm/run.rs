@@ -3,18 +3,19 @@
 use std::ops::ControlFlow;
 
 use flexure::Record;
-use flexure::manipulator::{Arm, Drive, add_noise, simulate_watched};
+use flexure::manipulator::{Arm, Drive, add_noise, record_columns, simulate_watched};
 use flexure::simulation::Sampling;
 
 use super::error::ArmError;
 use super::excitation::{DriveKind, Kind};
 use super::file::ArmFile;
+use crate::memory::check_computed;
 use crate::record_file::RecordFile;
 
 /// Simulates an arm file; `load` reads the record that an excitation of kind `record` names.
 ///
 /// # Errors
-/// [`ArmError::Record`] if that record cannot be loaded or does not fit, [`ArmError::Simulation`].
+/// [`ArmError::Record`] if that record cannot be loaded or does not fit, [`ArmError::Memory`], [`ArmError::Simulation`].
 pub fn run<L, E>(file: &ArmFile, load: L) -> Result<Record, ArmError>
 where
     L: FnOnce(&str) -> Result<RecordFile, E>,
@@ -37,6 +38,7 @@ where
     E: std::fmt::Display,
 {
     let options = file.options()?;
+    check_memory(file, &options.sampling)?;
     let excited = file.excitation.excited(file.locked());
     let inputs = match (&file.excitation.kind, &file.excitation.file) {
         (Kind::Record, Some(name)) => {
@@ -67,7 +69,7 @@ where
 /// instant of the run for each joint.
 ///
 /// # Errors
-/// [`ArmError::Simulation`], also for samples that do not fit the instants.
+/// [`ArmError::Simulation`], also for samples that do not fit the instants, and [`ArmError::Memory`].
 pub fn run_driven(
     file: &ArmFile,
     columns: [&[f64]; 2],
@@ -75,6 +77,7 @@ pub fn run_driven(
 ) -> Result<Record, ArmError> {
     let arm = Arm::new(file.arm)?;
     let options = file.options()?;
+    check_memory(file, &options.sampling)?;
     let drive = match file.excitation.drive {
         DriveKind::Torque => Drive::Held(columns),
         DriveKind::Deflection => Drive::Deflection(columns),
@@ -87,6 +90,10 @@ pub fn run_driven(
             Ok(add_noise(&record, noise.seed, &std)?)
         }
     }
+}
+
+fn check_memory(file: &ArmFile, sampling: &Sampling) -> Result<(), ArmError> {
+    Ok(check_computed(sampling.rows(), record_columns(file.arm.model).len())?)
 }
 
 /// The excitation in a record: a column for each joint that is excited, one row a sample.

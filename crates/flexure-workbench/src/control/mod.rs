@@ -14,6 +14,7 @@ use flexure::control::{Controller, Figures, LoopOptions, Run, run_loop_watched, 
 use flexure::manipulator::{Arm, Link};
 use flexure::simulation::{Sampling, batch};
 use flexure_io::arm::{ControllerTable, Scenario};
+use flexure_io::check_computed;
 
 pub use outcome::{Outcome, Row, Spread};
 
@@ -101,6 +102,10 @@ pub fn compare(
             all.len()
         );
     }
+    // What is kept, and what is under way, has the 25 columns of a record.
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let rows = scenario.options.sampling.rows();
+    check_computed(rows.saturating_mul(all.len() + threads.min(runs)), 25)?;
     let jobs: Vec<(usize, u64)> = (0..all.len())
         .flat_map(|i| (0..seeds as u64).map(move |k| (i, k)))
         .collect();

@@ -4,6 +4,7 @@ use anyhow::{Context as _, Result, bail};
 use flexure::Record;
 use flexure::preparation::{Between, Grid, LowPass, Outliers, Resampling, Trend, mean};
 use flexure::text::short;
+use flexure_io::check_computed;
 
 use super::table::Table;
 use super::{Column, Columns, Conversion, Cut, Done, Preparation, units};
@@ -149,6 +150,7 @@ pub(super) fn resample(
     done: &mut Vec<Done>,
 ) -> Result<()> {
     let before = table.len();
+    check_computed(grid.samples, table.columns.len() + 1)?;
     let Some(t) = table.instants.take() else { return Ok(()) };
     for column in &mut table.columns {
         let resampling = Resampling {

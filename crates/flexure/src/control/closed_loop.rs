@@ -3,6 +3,7 @@
 //! At instant k the encoders are read, with noise and rounded to their counts; the estimator makes a state of the reading and of the
 //! torque that acted since; the controller's torque, limited, is held from instant k + delay on for one sample time.
 
+use std::cell::Cell;
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
 
@@ -11,12 +12,15 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use super::{Jet, Trajectory, inverse_motion};
-use crate::error::{Error, Result, Stopped};
+use crate::error::{Error, IntegrationFailure, Result, SimulationError, Stopped};
 use crate::interrupt;
 use crate::manipulator::{Arm, State};
 use crate::record::Record;
 use crate::simulation::{Dop853, Sampling, Tolerances};
 use crate::text::decimal;
+
+/// The largest speed of a joint or motor that is followed, rad/s: a million turns a minute. Convention.
+const FASTEST: f64 = 1e5;
 
 /// What is controlled: two joints with their motors.
 pub trait Plant {
@@ -301,6 +305,31 @@ pub fn start_of(arm: &Arm, trajectory: &dyn Trajectory) -> State {
     )
 }
 
+/// Moves the plant to `end` under these torques. One that runs away would take ever more steps: beyond [`FASTEST`] it ends.
+fn advance(
+    solver: &mut Dop853<[f64; 8]>,
+    plant: &dyn Plant,
+    torque: [f64; 2],
+    end: f64,
+    watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<()> {
+    let too_fast = Cell::new(false);
+    let derivative = |_: f64, x: &[f64; 8]| match x[4..].iter().all(|speed| speed.abs() <= FASTEST) {
+        true => plant.derivative(x, torque),
+        false => {
+            too_fast.set(true);
+            [f64::NAN; 8]
+        }
+    };
+    solver.advance(&derivative, end, watch).map_err(|error| match error {
+        Error::Simulation(SimulationError { time, .. }) if too_fast.get() => Error::Simulation(SimulationError {
+            time,
+            reason: IntegrationFailure::TooFast { limit: FASTEST },
+        }),
+        other => other,
+    })
+}
+
 /// Like [`run_loop`], for any plant from any state; `watch` is called with the time at every instant, and stops by `Break`.
 ///
 /// # Errors
@@ -380,11 +409,7 @@ pub fn run_loop_watched(
         if k + 1 < options.sampling.rows() {
             let held = acting.map(|torque| torque + normal(options.torque_noise));
             solver.restart();
-            solver.advance(
-                &|_, x: &[f64; 8]| plant.derivative(x, held),
-                options.sampling.instant(k + 1),
-                watch,
-            )?;
+            advance(&mut solver, plant, held, options.sampling.instant(k + 1), watch)?;
         }
     }
     Ok(run)

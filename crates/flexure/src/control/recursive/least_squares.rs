@@ -85,9 +85,10 @@ impl LeastSquares {
         })
     }
 
-    /// Takes a row of regressors with its value; a row that is not finite is passed over.
+    /// Takes a row of regressors with its value; a row of which a square is not finite is passed over.
     pub fn push(&mut self, row: &[f64], y: f64) {
-        if row.len() != self.n || !y.is_finite() || !row.iter().all(|v| v.is_finite()) {
+        let bounded = |v: &f64| (v * v).is_finite();
+        if row.len() != self.n || !bounded(&y) || !row.iter().all(bounded) {
             return;
         }
         self.forget();
@@ -101,7 +102,8 @@ impl LeastSquares {
             if x[0] == 0.0 {
                 continue;
             }
-            let size = (r[0] * r[0] + x[0] * x[0]).sqrt();
+            // The squares of small values may be zero.
+            let size = r[0].hypot(x[0]);
             let (c, s) = (r[0] / size, x[0] / size);
             for (r, x) in r.iter_mut().zip(x.iter_mut()) {
                 let (a, b) = (*r, *x);
