@@ -7,7 +7,7 @@ pub enum Role {
     Input,
     /// Its output: `y`, `output`.
     Output,
-    /// A torque or force, or what makes one: `tau`, `force`, `current`, `voltage`.
+    /// A torque or force, or what makes one: `tau`, `force`, `effort`, `current`, `voltage`.
     Torque,
     /// A position: `q`, `angle`, `position`.
     Position,
@@ -31,6 +31,7 @@ const NAMES: [(Role, &[&str]); 8] = [
             "tau",
             "torque",
             "force",
+            "effort",
             "current",
             "voltage",
             "vir",
