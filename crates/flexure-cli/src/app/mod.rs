@@ -13,7 +13,6 @@ use std::net::TcpListener;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result, bail};
-
 use flexure_io::make_folder;
 
 use crate::arguments;
