@@ -74,7 +74,10 @@ impl Outcome {
             paths: self.paths(&shown),
             signals,
             time: Axis::of_samples(Some(self.sample_time), 0),
-            arm: shown.first().map(|(row, run)| self.motion(row, run)),
+            // A flexible link has no second one to be drawn.
+            arm: (shown.first())
+                .filter(|_| self.links[1].length > 0.0)
+                .map(|(row, run)| self.motion(row, run)),
             command,
         }
     }
