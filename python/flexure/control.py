@@ -24,7 +24,7 @@ Array = npt.NDArray[np.float64]
 
 
 class StateSpace(Protocol):
-    """A linear system in discrete time: python-control's ``StateSpace``, SciPy's ``dlti`` in that form."""
+    """A linear system: python-control's ``StateSpace``, SciPy's in that form."""
 
     A: Any
     B: Any
@@ -125,17 +125,30 @@ class Scenario:
         """Runs every controller of the scenario, and linear systems beside them.
 
         A system's inputs are the errors of both motors' angles in rad, with four inputs those of their velocities in rad/s behind
-        them; its outputs are both torques in N m. With `feedforward` the torque of the model's motion is added, and the errors are
+        them; its outputs are both torques in N m. One in continuous time is sampled at the loop's sample time, its inputs held. With `feedforward` the torque of the model's motion is added, and the errors are
         against that motion. Systems are given the true state.
         """
-        return Results(self._core.compare([_matrices(*item, feedforward) for item in (systems or {}).items()], seeds))
+        brought = [_matrices(name, system, self._core.sample_time) for name, system in (systems or {}).items()]
+        return Results(self._core.compare([(*matrices, feedforward) for matrices in brought], seeds))
 
 
-def _matrices(name: str, system: StateSpace, feedforward: bool) -> tuple[str, Array, Array, Array, Array, bool]:
-    if getattr(system, "dt", None) in (None, 0):
-        raise _core.ParameterError(f"the system '{name}' is in continuous time; sample it at the loop's sample time first")
+def _matrices(name: str, system: StateSpace, step: float) -> tuple[str, Array, Array, Array, Array, bool]:
+    """The matrices row by row, and whether they are in continuous time."""
+    if not all(hasattr(system, matrix) for matrix in "ABCD"):
+        raise _core.ParameterError(f"the system '{name}' has no A, B, C and D; make it a state space, as control.ss(system) does")
+    dt = getattr(system, "dt", None)
+    continuous = dt is None or dt == 0
+    # True is python-control's discrete time without a sample time.
+    if not continuous and dt is not True and not np.isclose(dt, step, rtol=1e-9, atol=0):
+        raise _core.ParameterError(f"the system '{name}' has a sample time of {dt} s, but the loop one of {step} s; sample it anew")
+    outputs, inputs = np.atleast_2d(np.asarray(system.D)).shape
+    if outputs != 2 or inputs not in (2, 4):
+        raise _core.ParameterError(
+            f"the system '{name}' has {outputs} outputs and {inputs} inputs; it must have 2 outputs, the torques of both motors, "
+            "and 2 inputs, the errors of their angles, or 4 with those of their velocities"
+        )
     a, b, c, d = (plain(np.atleast_2d(np.asarray(m))).ravel() for m in (system.A, system.B, system.C, system.D))
-    return name, a, b, c, d, feedforward
+    return name, a, b, c, d, continuous
 
 
 class RecursiveHammerstein:

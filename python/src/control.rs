@@ -9,7 +9,7 @@ use flexure::control::recursive::{
     Cusum as Detector, Memory, RecursiveFriction as Friction, RecursiveHammerstein as Hammerstein,
 };
 use flexure::manipulator::Arm;
-use flexure_io::arm::{ArmError, SCENARIOS, Scenario as Checked, scenario_preset_text};
+use flexure_io::arm::{ArmError, Body, SCENARIOS, Scenario as Checked, scenario_preset_text};
 use flexure_io::read_text;
 use flexure_workbench::control::{Outcome, OwnController, compare};
 use pyo3::prelude::*;
@@ -27,8 +27,8 @@ pub struct Scenario {
     name: String,
 }
 
-/// A linear system: its name, A, B, C and D row by row, and whether the model's feedforward is added.
-type System = (String, Column, Column, Column, Column, bool);
+/// A linear system: its name, A, B, C and D row by row, whether it is in continuous time, and whether the model's feedforward is added.
+type System = (String, Column, Column, Column, Column, bool, bool);
 
 /// Denominator, numerator, powers of the input, and offset.
 type Estimate = (Vec<f64>, Vec<f64>, Vec<f64>, f64);
@@ -113,13 +113,25 @@ impl Scenario {
         &self.text
     }
 
+    /// The loop's sample time, s.
+    #[getter]
+    fn sample_time(&self) -> f64 {
+        self.checked.options.sampling.sample_time()
+    }
+
     /// Runs all controllers, and these linear systems.
     fn compare(&self, py: Python<'_>, systems: Vec<System>, seeds: Option<usize>) -> PyResult<Controlled> {
         let mut own = Vec::with_capacity(systems.len());
-        for (name, a, b, c, d, feedforward) in systems {
-            let model = feedforward.then(|| Arm::new(self.checked.model));
-            let model = model.transpose().map_err(|error| of_library(&error))?;
+        for (name, a, b, c, d, continuous, feedforward) in systems {
+            let model = match &self.checked.body {
+                Body::Arm { model, .. } if feedforward => Some(Arm::new(**model).map_err(|error| of_library(&error))?),
+                _ => None,
+            };
             let system = LinearSystem::new(model, a.samples(), b.samples(), c.samples(), d.samples());
+            let system = match continuous {
+                true => system.and_then(|system| system.sampled(self.sample_time())),
+                false => system,
+            };
             own.push((name, system.map_err(|error| of_library(&error))?));
         }
         let scenario = Arc::clone(&self.checked);

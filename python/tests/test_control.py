@@ -39,18 +39,52 @@ def test_a_linear_system_is_a_controller():
     empty = SimpleNamespace(A=np.zeros((0, 0)), B=np.zeros((0, 4)), C=np.zeros((2, 0)), D=gains, dt=0.01)
     results = Scenario.from_text(SHORT).compare({"mine": empty})
     assert results["mine"]["tip_error_max_m"] == pytest.approx(results["pd-feedforward"]["tip_error_max_m"], rel=1e-9)
-    with pytest.raises(flexure.ParameterError, match="continuous time"):
-        Scenario.from_text(SHORT).compare({"mine": SimpleNamespace(**{**vars(empty), "dt": 0})})
     with pytest.raises(KeyError, match="there are: pd-feedforward"):
         Scenario.from_text(SHORT).compare()["x"]
 
 
-def test_a_system_of_python_control_is_a_controller():
+def test_systems_of_python_control_are_controllers():
     control = pytest.importorskip("control")
     gains = np.hstack([np.diag([400.0, 300.0]), np.diag([30.0, 20.0])])
-    filtered = control.ss(0.5 * np.eye(2), np.eye(2, 4), np.zeros((2, 2)), gains, 0.01)
-    results = Scenario.from_text(SHORT).compare({"mine": filtered})
-    assert results["mine"]["tip_error_max_m"] == pytest.approx(results["pd-feedforward"]["tip_error_max_m"], rel=1e-9)
+    # PD behind a lag in continuous time, and the same sampled by python-control.
+    lag = control.ss(-50 * np.eye(2), 50 * gains, np.eye(2), np.zeros((2, 4)))
+    systems = {
+        "unused states": control.ss(0.5 * np.eye(2), np.eye(2, 4), np.zeros((2, 2)), gains, 0.01),
+        "no sample time": control.ss(0.5 * np.eye(2), np.eye(2, 4), np.zeros((2, 2)), gains, True),
+        "continuous": lag,
+        "sampled": control.sample_system(lag, 0.01),
+    }
+    results = Scenario.from_text(SHORT).compare(systems)
+    error = {name: results[name]["tip_error_max_m"] for name in ["pd-feedforward", *systems]}
+    assert error["unused states"] == pytest.approx(error["pd-feedforward"], rel=1e-9)
+    assert error["no sample time"] == error["unused states"]
+    assert error["continuous"] == pytest.approx(error["sampled"], rel=1e-9)
+    assert error["continuous"] != pytest.approx(error["pd-feedforward"], rel=1e-3)
+
+
+def test_systems_that_do_not_fit_are_refused_in_words():
+    def system(states=2, inputs=4, outputs=2, dt=0.01):
+        sizes = {"A": (states, states), "B": (states, inputs), "C": (outputs, states), "D": (outputs, inputs)}
+        return SimpleNamespace(dt=dt, **{name: np.zeros(size) for name, size in sizes.items()})
+
+    for wrong, message in [
+        (system(dt=0.02), "'x' has a sample time of 0.02 s, but the loop one of 0.01 s"),
+        (system(inputs=1, outputs=1), "'x' has 1 outputs and 1 inputs; it must have 2 outputs"),
+        (system(inputs=4, outputs=1), "'x' has 1 outputs and 4 inputs"),
+        (system(inputs=3), "'x' has 2 outputs and 3 inputs"),
+        (SimpleNamespace(num=1, den=2), r"'x' has no A, B, C and D; make it a state space, as control.ss\(system\) does"),
+        (SimpleNamespace(**{**vars(system()), "A": np.zeros((3, 3))}), "the number of elements of A"),
+        (SimpleNamespace(**{**vars(system()), "A": np.full((2, 2), np.nan)}), "an element of A, B, C or D is NaN"),
+    ]:
+        with pytest.raises(flexure.ParameterError, match=message):
+            Scenario.from_text(SHORT).compare({"x": wrong})
+
+
+def test_a_flexible_link_learns_its_payload():
+    results = Scenario.preset("flexible-link").compare()
+    adaptive, fixed = results["model-reference"], results["model-reference, not adapted"]
+    assert adaptive["tip_error_rms_m"] < 0.5 * fixed["tip_error_rms_m"]
+    assert set(adaptive) == set(fixed)
 
 
 def test_bad_scenarios_say_the_line():

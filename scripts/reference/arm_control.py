@@ -4,7 +4,7 @@ import control
 import numpy as np
 from arm import nonlinear
 from filterpy.kalman import ExtendedKalmanFilter, JulierSigmaPoints, UnscentedKalmanFilter
-from scipy import linalg
+from scipy import linalg, signal
 from scipy.stats import chi2
 
 A = np.array([[1.0, 0.1, 0.0], [0.0, 0.95, 0.2], [0.02, -0.1, 0.9]])
@@ -22,6 +22,12 @@ show("gain, control.dlqr", control.dlqr(A, B, Q, R)[0])
 
 C = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 show("steady filter's covariance, control.dlqe", control.dlqe(A, np.eye(3), C, Q, R)[1])
+
+# A controller in continuous time, sampled.
+PENDULUM = np.array([[0.0, 1.0, 0.0], [-4.0, -0.4, 2.0], [0.0, 0.0, -3.0]])
+DRIVE = np.array([[0.0, 0.0], [1.0, 0.5], [0.0, 2.0]])
+for matrix in signal.cont2discrete((PENDULUM, DRIVE, np.eye(3), np.zeros((3, 2))), 0.1)[:2]:
+    show("sampled, scipy.signal.cont2discrete", matrix)
 
 show("chi-squared bands, 8 and 2 degrees", [chi2.ppf([0.025, 0.975], n) for n in (8, 2)])
 

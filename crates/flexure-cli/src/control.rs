@@ -14,7 +14,7 @@ use crate::files::{prepare, write_text, wrote};
 use crate::output::{print, print_result, this_command};
 use crate::progress::Progress;
 
-/// Compare controllers and estimators of a two-link arm with flexible joints, in one loop.
+/// Compare controllers and estimators of a two-link arm with flexible joints, or of a flexible link, in one loop.
 ///
 /// A scenario says what moves, what the controllers know of it, the motion, the loop (sample time, delay, counts, noise, limits) and the
 /// controllers. The result is a table with a row a controller; a record of a run can be identified from, as any other.
@@ -27,7 +27,7 @@ pub struct Arguments {
     /// The scenario.
     #[arg(value_name = "SCENARIO.toml")]
     scenario: Option<PathBuf>,
-    /// A scenario that comes with Flexure, in place of a file: square, rest-to-rest, unknown-stiffness or noisy-encoders.
+    /// A scenario that comes with Flexure, in place of a file: square, rest-to-rest, unknown-stiffness, noisy-encoders or flexible-link.
     #[arg(long, value_name = "NAME", value_parser = known_preset)]
     preset: Option<String>,
     /// Runs of each controller, with seeds that follow the scenario's; the table then has medians and the worst.

@@ -67,7 +67,13 @@ fn the_record_of_a_run_is_one_to_identify_from() {
 #[test]
 fn presets_are_files_that_read_back() {
     let folder = Folder::new();
-    for name in ["square", "rest-to-rest", "unknown-stiffness", "noisy-encoders"] {
+    for name in [
+        "square",
+        "rest-to-rest",
+        "unknown-stiffness",
+        "noisy-encoders",
+        "flexible-link",
+    ] {
         folder.done(&format!(
             "control --preset {name} --write-scenario {name}.toml --dry-run"
         ));
@@ -214,6 +220,36 @@ fn twenty_bad_scenarios_are_refused_with_their_line() {
         ),
         (
             "kind = \"inverse-dynamics\"",
+            "kind = \"lqg\"\nestimator = \"ekf\"\ntorque_noise = 0.0",
+            "line 18: controller[2].torque_noise: 0, but must be positive and finite (in N m)",
+        ),
+        (
+            "kind = \"inverse-dynamics\"",
+            "kind = \"lqg\"\nadaptation = false",
+            "line 17: controller[2].adaptation: the kind \"lqg\" has no such key; leave it out",
+        ),
+        (
+            "kind = \"inverse-dynamics\"",
+            "kind = \"model-reference\"",
+            "controller[2].kind: \"model-reference\" does not control two-link arms; all kinds but \"model-reference\" do",
+        ),
+        (
+            "arm = \"space-arm\"",
+            "",
+            "line 1: plant.arm: missing; name an arm, or describe a flexible link under [plant.link]",
+        ),
+        (
+            "[trajectory]",
+            "[model.link]\npayload = 0.0\n[trajectory]",
+            "line 3: model.link: the plant is an arm; its model is one, too",
+        ),
+        (
+            "kind = \"moves\"\npostures = [[0.0, 0.6], [0.3, 1.0]]",
+            "kind = \"commands\"\nangles = [0.3]",
+            "line 4: trajectory.kind: \"commands\" is for a flexible link; an arm has \"square\", \"path\" or \"moves\"",
+        ),
+        (
+            "kind = \"inverse-dynamics\"",
             "kind = \"lqg\"\nname = \"pd-feedforward\"",
             "controller[2].name: 'pd-feedforward' is the name of another controller",
         ),
@@ -247,6 +283,75 @@ fn twenty_bad_scenarios_are_refused_with_their_line() {
             .stderr
             .contains("the distance of point 1 from the shoulder is")
     );
+}
+
+/// A flexible link in the loop of the arms: the adaptive law learns the payload that it was not told of.
+#[test]
+fn a_flexible_link_has_a_row_a_controller_too() {
+    let folder = Folder::new();
+    let object = folder.json("control --preset flexible-link -o run.csv --report page.html --write-scenario link.toml");
+    let error = |i: usize| object["results"][i]["tip_error_rms_m"].as_f64().unwrap();
+    assert_eq!(object["results"][2]["controller"], "model-reference");
+    assert!(error(2) < 0.5 * error(1) && error(1) < error(0), "{object}");
+    // The record's hub and tip differ where the link bends.
+    let (hub, tip) = (folder.column("run.csv", "true_qm1"), folder.column("run.csv", "true_q1"));
+    let bent = hub.iter().zip(&tip).map(|(hub, tip)| (hub - tip).abs()).fold(0.0, f64::max);
+    assert!((1e-4..0.1).contains(&bent), "{bent}");
+    assert!(folder.read("page.html").contains("Control of the flexible link"));
+
+    let text = folder.read("link.toml");
+    for (old, new, message) in [
+        (
+            "length = 4.5 ",
+            "",
+            "s.toml, line 3: plant.link.length: missing; give it in m",
+        ),
+        (
+            "hub = 1.0 ",
+            "hub = 0.0 ",
+            "s.toml, line 7: plant.link.hub: hub is 0, but must be positive and finite",
+        ),
+        (
+            "payload = 0.0",
+            "payload = -1.0",
+            "s.toml, line 12: model.link.payload: payload is -1, but must be not negative and finite",
+        ),
+        (
+            "[plant.link] ",
+            "[plant]\narm = \"space-arm\"\n[plant.link] ",
+            "s.toml, line 4: plant.arm: is of arms; leave it out beside a flexible link",
+        ),
+        (
+            "kind = \"commands\" ",
+            "kind = \"moves\" ",
+            "s.toml, line 16: trajectory.angles: the kind \"moves\" has no such key; leave it out",
+        ),
+        (
+            "frequency = 0.8 ",
+            "frequency = -0.8 ",
+            "s.toml, line 18: trajectory.frequency: frequency is -0.8, but must be positive and finite (in rad/s)",
+        ),
+        (
+            "kind = \"pd\" ",
+            "kind = \"lqg\" ",
+            "s.toml, line 28: controller[1].kind: \"lqg\" does not control flexible links; \"pd\" and \"model-reference\" do",
+        ),
+        (
+            "estimator = \"differences\" ",
+            "estimator = \"ekf\" ",
+            "s.toml, line 29: controller[1].estimator: the filters have the model of an arm; a flexible link has \"exact\", \
+             \"differences\" and \"motor-differences\"",
+        ),
+        (
+            "kp = 120.0 ",
+            "kp = \"high\" ",
+            "s.toml, line 30: expected a number, or a list of two",
+        ),
+    ] {
+        assert!(text.contains(old), "{old}");
+        folder.write("s.toml", text.replacen(old, new, 1));
+        folder.refused("control s.toml", 1, message);
+    }
 }
 
 /// Values beside what a scenario can have: messages are short, and nothing is left unread.
@@ -310,7 +415,8 @@ fn wrong_usage_is_said() {
     folder.write("s.toml", SHORT);
     folder.misused(
         "control --preset circle",
-        "invalid value 'circle' for '--preset <NAME>': no preset 'circle'; the presets are: square, rest-to-rest, unknown-stiffness, noisy-encoders",
+        "invalid value 'circle' for '--preset <NAME>': no preset 'circle'; the presets are: square, rest-to-rest, unknown-stiffness, noisy-encoders, \
+         flexible-link",
     );
     folder.misused(
         "control s.toml --seeds 0",

@@ -95,6 +95,32 @@ fn the_identified_two_link_arm_moves_as_the_true_one() {
         .collect();
     assert_eq!(masses.len(), 2);
     assert!(masses.iter().all(|m| (m - 1.5075).abs() < 0.015), "{masses:?}");
+
+    // What was identified compensates the friction and the springs that a data sheet does not have.
+    let compensated = tip_error(&folder, "arm = \"arm.toml\"");
+    let uncompensated = tip_error(
+        &folder,
+        "arm = \"truth.toml\"\nfriction = false\ncubic = false\nwindup = false",
+    );
+    assert!(
+        compensated < 0.05 * uncompensated && compensated < 1e-3,
+        "{compensated} {uncompensated}"
+    );
+}
+
+/// The largest error of the tip, m, of the true arm under a controller that knows this model.
+fn tip_error(folder: &Folder, model: &str) -> f64 {
+    let motion = "kind = \"moves\"\npostures = [[0.0, 0.5], [1.0, 1.5], [0.2, 1.0]]\nduration = 4.0\n";
+    let controller = "kind = \"pd-feedforward\"\nkp = 1000.0\nkd = 50.0\n";
+    folder.write(
+        "control.toml",
+        format!(
+            "[plant]\narm = \"truth.toml\"\n[model]\n{model}\n[trajectory]\n{motion}[loop]\nsample_time = 0.01\n\
+             [[controller]]\n{controller}"
+        ),
+    );
+    let found = folder.json("control control.toml");
+    found["results"][0]["tip_error_max_m"].as_f64().unwrap()
 }
 
 #[test]

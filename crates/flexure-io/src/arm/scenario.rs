@@ -2,28 +2,30 @@
 //!
 //! `crates/flexure-io/presets/control` has commented ones; [`scenario_preset_text`] gives their text.
 
+mod body;
 mod controllers;
 
-use std::path::{Component, Path};
+use std::path::Path;
 
+use flexure::control::flexible_link::ModelResponse;
 use flexure::control::{JointMoves, LoopOptions, TipPath, Trajectory, TurnCounted, square};
 use flexure::error::ParameterError;
-use flexure::manipulator::{Arm, ArmParameters, JointKind};
+use flexure::manipulator::Link;
 use flexure::text::exact;
 use flexure::{Error, Result as LibraryResult};
 use serde::Deserialize;
 
 use super::error::ArmError;
-use super::file::{ArmFile, Source};
-use super::presets::{PRESETS, preset};
+use super::file::Source;
 use super::values::pairs;
-use crate::text::read_text;
 
+pub use body::Body;
+use body::BodyTable;
 use controllers::complete;
 pub use controllers::{ControllerKind, ControllerTable, EstimatorKind};
 
 /// The names of the scenarios that come with Flexure, with their commented texts.
-pub const SCENARIOS: [(&str, &str); 4] = [
+pub const SCENARIOS: [(&str, &str); 5] = [
     ("square", include_str!("../../presets/control/square.toml")),
     ("rest-to-rest", include_str!("../../presets/control/rest-to-rest.toml")),
     (
@@ -34,6 +36,7 @@ pub const SCENARIOS: [(&str, &str); 4] = [
         "noisy-encoders",
         include_str!("../../presets/control/noisy-encoders.toml"),
     ),
+    ("flexible-link", include_str!("../../presets/control/flexible-link.toml")),
 ];
 
 /// The most seeds and controllers of a scenario, and the most samples of all controllers' first runs together, which are kept: 2 GiB.
@@ -47,10 +50,8 @@ const MOST_PLACES: usize = 10_000;
 /// A checked scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scenario {
-    /// What moves.
-    pub plant: ArmParameters,
-    /// What the controllers know of it.
-    pub model: ArmParameters,
+    /// What moves, and what the controllers know of it.
+    pub body: Body,
     /// The motion.
     pub motion: Motion,
     /// The rest behind it, s.
@@ -70,6 +71,8 @@ pub enum Motion {
     Path(TipPath),
     /// Of the joints.
     Moves(JointMoves),
+    /// Of a flexible link.
+    Commands(ModelResponse),
 }
 
 impl Motion {
@@ -78,6 +81,7 @@ impl Motion {
         match self {
             Motion::Path(path) => Box::new(TurnCounted::new(path.clone())),
             Motion::Moves(moves) => Box::new(moves.clone()),
+            Motion::Commands(commands) => Box::new(commands.clone()),
         }
     }
 }
@@ -85,23 +89,13 @@ impl Motion {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
-    plant: ArmChoice,
-    model: Option<ArmChoice>,
+    plant: BodyTable,
+    model: Option<BodyTable>,
     trajectory: TrajectoryTable,
     #[serde(rename = "loop")]
     sampling: LoopTable,
     #[serde(default)]
     controller: Vec<ControllerTable>,
-}
-
-#[derive(Deserialize, Clone)]
-#[serde(deny_unknown_fields)]
-struct ArmChoice {
-    arm: String,
-    stiffness: Option<f64>,
-    friction: Option<bool>,
-    cubic: Option<bool>,
-    windup: Option<bool>,
 }
 
 #[derive(Deserialize, Clone, Copy, PartialEq)]
@@ -110,6 +104,19 @@ enum TrajectoryKind {
     Square,
     Path,
     Moves,
+    Commands,
+}
+
+impl TrajectoryKind {
+    /// Its name in files, and the keys that it has besides the duration.
+    fn keys(self) -> (&'static str, &'static [&'static str]) {
+        match self {
+            TrajectoryKind::Square => ("square", &["side", "blend", "elbow"]),
+            TrajectoryKind::Path => ("path", &["points", "blend", "elbow"]),
+            TrajectoryKind::Moves => ("moves", &["postures", "pause"]),
+            TrajectoryKind::Commands => ("commands", &["angles", "frequency"]),
+        }
+    }
 }
 
 #[derive(Deserialize, Clone, Copy, PartialEq, Default)]
@@ -129,6 +136,8 @@ struct TrajectoryTable {
     points: Option<Vec<[f64; 2]>>,
     #[serde(default, deserialize_with = "pairs")]
     postures: Option<Vec<[f64; 2]>>,
+    angles: Option<Vec<f64>>,
+    frequency: Option<f64>,
     duration: f64,
     blend: Option<f64>,
     pause: Option<f64>,
@@ -171,6 +180,11 @@ pub fn scenario_preset_text(name: &str) -> Result<&'static str, ArmError> {
 }
 
 impl Scenario {
+    /// The links from the base to the tip; a flexible link is one, and the second of no length.
+    pub fn links(&self) -> [Link; 2] {
+        self.body.links()
+    }
+
     /// Reads and checks the text of a scenario; `source_name` names it in errors, and arm files are looked for in `folder`.
     ///
     /// # Errors
@@ -188,18 +202,8 @@ impl Scenario {
             name: source_name,
         };
         let file: File = source.parse()?;
-        let plant = arm(&source, "plant", &file.plant, folder)?;
-        let model = match &file.model {
-            Some(model) => arm(&source, "model", model, folder)?,
-            None => {
-                let nominal = ArmChoice {
-                    stiffness: None,
-                    ..file.plant.clone()
-                };
-                arm(&source, "plant", &nominal, folder)?
-            }
-        };
-        let motion = motion(&source, &plant, &file.trajectory)?;
+        let body = Body::new(&source, &file.plant, file.model.as_ref(), folder)?;
+        let motion = motion(&source, &body, &file.trajectory)?;
         let hold = file.trajectory.hold;
         if !(0.0..=1e6).contains(&hold) {
             let reason = format!("{}, but must be from 0 to 1000000 s", exact(hold));
@@ -233,11 +237,10 @@ impl Scenario {
             return Err(source.value("loop.sample_time", reason));
         }
         for i in 0..controllers.len() {
-            complete(&source, &mut controllers, i)?;
+            complete(&source, &body, &mut controllers, i)?;
         }
         Ok(Scenario {
-            plant,
-            model,
+            body,
             motion,
             hold,
             options,
@@ -245,64 +248,6 @@ impl Scenario {
             controllers,
         })
     }
-}
-
-/// The arm that a table names, with what it changes.
-fn arm(source: &Source, table: &str, choice: &ArmChoice, folder: &Path) -> Result<ArmParameters, ArmError> {
-    let key = |name: &str| format!("{table}.{name}");
-    let known = PRESETS.iter().any(|(name, _)| *name == choice.arm);
-    let mut arm = match known {
-        true => preset(&choice.arm)?.arm,
-        false => {
-            let plain = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
-            if !choice.arm.ends_with(".toml") || !Path::new(&choice.arm).components().all(plain) {
-                let names: Vec<&str> = PRESETS.iter().map(|(name, _)| *name).collect();
-                let reason = format!(
-                    "'{}' is neither a preset ({}) nor an arm file (.toml) in the scenario's folder or below",
-                    choice.arm,
-                    names.join(", ")
-                );
-                return Err(source.value(key("arm"), reason));
-            }
-            let path = folder.join(&choice.arm);
-            let text = read_text(&path).map_err(|error| source.value(key("arm"), error.to_string()))?;
-            ArmFile::from_toml_str(&text, &choice.arm)?.arm
-        }
-    };
-    if arm.model == JointKind::Rigid {
-        return Err(source.value(key("arm"), "an arm with rigid joints, but control is of flexible ones"));
-    }
-    if let Some(joint) = arm.joints.iter().position(|joint| joint.locked) {
-        let reason = format!("its joint {} is locked, but control moves both", joint + 1);
-        return Err(source.value(key("arm"), reason));
-    }
-    if let Some(factor) = choice.stiffness {
-        if !(1e-3..=1e3).contains(&factor) {
-            return Err(source.value(
-                key("stiffness"),
-                format!("{}, but must be a factor from 0.001 to 1000", exact(factor)),
-            ));
-        }
-        for joint in &mut arm.joints {
-            for value in [
-                &mut joint.stiffness,
-                &mut joint.cubic,
-                &mut joint.linear,
-                &mut joint.windup,
-            ] {
-                *value *= factor;
-            }
-        }
-    }
-    for (part, value) in [
-        (&mut arm.parts.friction, choice.friction),
-        (&mut arm.parts.cubic, choice.cubic),
-        (&mut arm.parts.windup, choice.windup),
-    ] {
-        *part = value.unwrap_or(*part);
-    }
-    Arm::new(arm).map_err(|error| source.value(table, error.to_string()))?;
-    Ok(arm)
 }
 
 /// Puts the key of a table to an error of the library.
@@ -315,42 +260,58 @@ fn at<T>(source: &Source, table: &str, result: LibraryResult<T>) -> Result<T, Ar
     })
 }
 
-fn motion(source: &Source, arm: &ArmParameters, table: &TrajectoryTable) -> Result<Motion, ArmError> {
+fn motion(source: &Source, body: &Body, table: &TrajectoryTable) -> Result<Motion, ArmError> {
     let missing = |name: &str, what: &str| source.value(format!("trajectory.{name}"), format!("missing; {what}"));
-    let surplus = |names: &[(&str, bool)], kind: &str| match names.iter().find(|(_, given)| *given) {
-        Some((name, _)) => {
-            let reason = format!("the kind \"{kind}\" has no such key; leave it out");
-            Err(source.value(format!("trajectory.{name}"), reason))
-        }
-        None => Ok(()),
-    };
-    for (name, places) in [("points", &table.points), ("postures", &table.postures)] {
-        let count = places.as_ref().map_or(2, Vec::len);
-        if !(2..=MOST_PLACES).contains(&count) {
-            let reason = format!("there are {count}, but must be from 2 to {MOST_PLACES}");
+    let (kind, keys) = table.kind.keys();
+    let given = [
+        ("side", table.side.is_some()),
+        ("points", table.points.is_some()),
+        ("postures", table.postures.is_some()),
+        ("angles", table.angles.is_some()),
+        ("blend", table.blend.is_some()),
+        ("pause", table.pause.is_some()),
+        ("elbow", table.elbow.is_some()),
+        ("frequency", table.frequency.is_some()),
+    ];
+    if let Some((name, _)) = given.iter().find(|(name, given)| *given && !keys.contains(name)) {
+        let reason = format!("the kind \"{kind}\" has no such key; leave it out");
+        return Err(source.value(format!("trajectory.{name}"), reason));
+    }
+    let lists = [
+        ("points", 2, table.points.as_ref().map(Vec::len)),
+        ("postures", 2, table.postures.as_ref().map(Vec::len)),
+        ("angles", 1, table.angles.as_ref().map(Vec::len)),
+    ];
+    for (name, least, count) in lists {
+        if let Some(count) = count.filter(|count| !(least..=MOST_PLACES).contains(count)) {
+            let reason = format!("there are {count}, but must be from {least} to {MOST_PLACES}");
             return Err(source.value(format!("trajectory.{name}"), reason));
         }
     }
-    let (points, postures, side) = (table.points.is_some(), table.postures.is_some(), table.side.is_some());
-    if table.kind == TrajectoryKind::Moves {
-        let of_path = [
-            ("points", points),
-            ("side", side),
-            ("blend", table.blend.is_some()),
-            ("elbow", table.elbow.is_some()),
-        ];
-        surplus(&of_path, "moves")?;
-        let Some(postures) = &table.postures else {
-            return Err(missing("postures", "two or more pairs of link angles, in rad"));
-        };
-        let pause = table.pause.unwrap_or(0.0);
-        return at(source, "trajectory", JointMoves::new(postures, table.duration, pause)).map(Motion::Moves);
-    }
-    let of_moves = [("postures", postures), ("pause", table.pause.is_some())];
+    let links = match (body, table.kind) {
+        (Body::Link { .. }, TrajectoryKind::Commands) => {
+            let angles = table
+                .angles
+                .as_ref()
+                .ok_or_else(|| missing("angles", "the hub's angles that are commanded one after the other, in rad"))?;
+            let frequency = table
+                .frequency
+                .ok_or_else(|| missing("frequency", "that of the reference model, in rad/s"))?;
+            let model = ModelResponse::new(angles, table.duration, frequency);
+            return at(source, "trajectory", model).map(Motion::Commands);
+        }
+        (Body::Link { .. }, _) => {
+            let reason = format!("\"{kind}\" is for two-link arms; a flexible link has \"commands\"");
+            return Err(source.value("trajectory.kind", reason));
+        }
+        (Body::Arm { .. }, TrajectoryKind::Commands) => {
+            let reason = "\"commands\" is for a flexible link; an arm has \"square\", \"path\" or \"moves\"";
+            return Err(source.value("trajectory.kind", reason));
+        }
+        (Body::Arm { plant, .. }, _) => &plant.links,
+    };
     let points = match table.kind {
         TrajectoryKind::Square => {
-            surplus(&[("points", points)], "square")?;
-            surplus(&of_moves, "square")?;
             let side = table.side.ok_or_else(|| missing("side", "the square's side, in m"))?;
             if !(side > 0.0 && side.is_finite()) {
                 return Err(source.value(
@@ -360,13 +321,16 @@ fn motion(source: &Source, arm: &ArmParameters, table: &TrajectoryTable) -> Resu
             }
             square(side)
         }
-        _ => {
-            surplus(&[("side", side)], "path")?;
-            surplus(&of_moves, "path")?;
-            table
-                .points
-                .clone()
-                .ok_or_else(|| missing("points", "two or more places [x, y] of the tip, in m"))?
+        TrajectoryKind::Path => table
+            .points
+            .clone()
+            .ok_or_else(|| missing("points", "two or more places [x, y] of the tip, in m"))?,
+        TrajectoryKind::Moves | TrajectoryKind::Commands => {
+            let Some(postures) = &table.postures else {
+                return Err(missing("postures", "two or more pairs of link angles, in rad"));
+            };
+            let pause = table.pause.unwrap_or(0.0);
+            return at(source, "trajectory", JointMoves::new(postures, table.duration, pause)).map(Motion::Moves);
         }
     };
     let blend = table.blend.ok_or_else(|| {
@@ -376,12 +340,8 @@ fn motion(source: &Source, arm: &ArmParameters, table: &TrajectoryTable) -> Resu
         )
     })?;
     let left = table.elbow == Some(Elbow::Left);
-    at(
-        source,
-        "trajectory",
-        TipPath::new(&arm.links, &points, table.duration, blend, left),
-    )
-    .map(Motion::Path)
+    let path = TipPath::new(links, &points, table.duration, blend, left);
+    at(source, "trajectory", path).map(Motion::Path)
 }
 
 fn sampling(source: &Source, table: &LoopTable, duration: f64) -> Result<(LoopOptions, usize), ArmError> {

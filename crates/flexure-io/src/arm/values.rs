@@ -24,6 +24,20 @@ pub(super) fn list<'de, D: Deserializer<'de>, T: From<[f64; N]>, const N: usize>
     array(Vec::deserialize(values)?).map(T::from)
 }
 
+/// A number for each of two joints, or one for both.
+pub(super) fn of_joints<'de, D: Deserializer<'de>>(values: D) -> Result<Option<[f64; 2]>, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged, expecting = "expected a number, or a list of two")]
+    enum OfJoints {
+        Both(f64),
+        Each(Vec<f64>),
+    }
+    match OfJoints::deserialize(values)? {
+        OfJoints::Both(number) => Ok(Some([number; 2])),
+        OfJoints::Each(numbers) => array(numbers).map(Some),
+    }
+}
+
 /// A list of pairs of numbers.
 pub(super) fn pairs<'de, D: Deserializer<'de>>(values: D) -> Result<Option<Vec<[f64; 2]>>, D::Error> {
     let pairs = Vec::<Vec<f64>>::deserialize(values)?;

@@ -6,10 +6,11 @@ use flexure::control::controllers::{
     Linearising, Lqg, Weights,
 };
 use flexure::control::estimation::{KalmanFilter, NoiseModel};
+use flexure::control::flexible_link::{FlexibleLink, FlexibleLinkParameters, ModelReference, ModelReferenceGains};
 use flexure::control::shaping::{Mode, Shaped};
-use flexure::control::{Controller, Differences, Estimator, Exact, Trajectory};
+use flexure::control::{Controller, Differences, Estimator, Exact, Plant, Trajectory};
 use flexure::manipulator::Arm;
-use flexure_io::arm::{ControllerKind, ControllerTable, EstimatorKind, Motion, Scenario};
+use flexure_io::arm::{Body, ControllerKind, ControllerTable, EstimatorKind, Motion, Scenario};
 
 use super::Contestant;
 
@@ -60,21 +61,49 @@ impl Trajectory for Boxed {
     }
 }
 
+/// What moves.
+pub fn plant(scenario: &Scenario) -> Result<Box<dyn Plant>> {
+    Ok(match &scenario.body {
+        Body::Arm { plant, .. } => Box::new(Arm::new(**plant)?),
+        Body::Link { plant, .. } => Box::new(FlexibleLink::new(plant)?),
+    })
+}
+
 /// Makes what a contestant needs.
 pub fn contestant(scenario: &Scenario, contestant: &Contestant) -> Result<Made> {
-    let model = Arm::new(scenario.model)?;
-    match (contestant.table, contestant.own) {
-        (Some(table), _) => Ok(Made {
-            controller: controller(table, model, scenario)?,
-            estimator: estimator(table, model, scenario)?,
-            trajectory: trajectory(table, model, &scenario.motion)?,
+    match (contestant.table, contestant.own, &scenario.body) {
+        (Some(table), _, Body::Arm { model, .. }) => {
+            let model = Arm::new(**model)?;
+            Ok(Made {
+                controller: controller(table, model, scenario)?,
+                estimator: estimator(table, model, scenario)?,
+                trajectory: trajectory(table, model, &scenario.motion)?,
+            })
+        }
+        (Some(table), _, Body::Link { model, .. }) => Ok(Made {
+            controller: of_link(table, model)?,
+            estimator: MadeEstimator::Plain(plain_estimator(table)?),
+            trajectory: scenario.motion.trajectory(),
         }),
-        (None, own) => Ok(Made {
+        (None, own, _) => Ok(Made {
             controller: own.map_or_else(|| Box::new(Feedforward::none(Gains::default())) as _, |make| make()),
             estimator: MadeEstimator::Plain(Box::new(Exact)),
             trajectory: scenario.motion.trajectory(),
         }),
     }
+}
+
+/// A controller of a flexible link.
+fn of_link(table: &ControllerTable, model: &FlexibleLinkParameters) -> Result<Box<dyn Controller>> {
+    if table.kind != ControllerKind::ModelReference {
+        return Ok(Box::new(Feedforward::none(gains(table)?)));
+    }
+    let adapting = ModelReferenceGains::of(&FlexibleLink::new(model)?);
+    let gains = match table.adaptation {
+        Some(false) => adapting.fixed(),
+        _ => adapting,
+    };
+    Ok(Box::new(ModelReference::new(gains)?))
 }
 
 fn gains(table: &ControllerTable) -> Result<Gains> {
@@ -95,6 +124,7 @@ fn controller(table: &ControllerTable, model: Arm, scenario: &Scenario) -> Resul
         ControllerKind::CompositeAdaptive => Box::new(Composite::new(&model, CompositeGains::space_arm())?),
         ControllerKind::Mamdani => Box::new(Fuzzy::new(&model, Inference::Mamdani, scales)?),
         ControllerKind::TakagiSugeno => Box::new(Fuzzy::new(&model, Inference::TakagiSugeno, scales)?),
+        ControllerKind::ModelReference => return of_link(table, &FlexibleLinkParameters::default()),
     })
 }
 
@@ -104,20 +134,25 @@ fn estimator(table: &ControllerTable, model: Arm, scenario: &Scenario) -> Result
     let counts = options.quantum / 12.0_f64.sqrt();
     let noise = NoiseModel {
         encoder: options.encoder_noise.hypot(counts).max(1e-9),
-        torque: options.torque_noise.max(1e-3),
+        torque: table.torque_noise.unwrap_or(options.torque_noise).max(1e-3),
         drift: 0.0,
         start: [options.initial_spread[0].max(1e-6), options.initial_spread[1].max(1e-6)],
     };
-    let differences = |motors_alone| Differences::new(table.cut_off.unwrap_or(CUT_OFF), motors_alone);
+    Ok(MadeEstimator::Filter(Box::new(match table.estimator {
+        EstimatorKind::Ekf => KalmanFilter::extended(model, noise)?.judged(),
+        EstimatorKind::Ukf => KalmanFilter::unscented(model, noise)?.judged(),
+        EstimatorKind::FuzzyEkf => KalmanFilter::extended(model, noise)?.adaptive().judged(),
+        _ => return Ok(MadeEstimator::Plain(plain_estimator(table)?)),
+    })))
+}
+
+/// An estimator without a model.
+fn plain_estimator(table: &ControllerTable) -> Result<Box<dyn Estimator>> {
+    let cut_off = table.cut_off.unwrap_or(CUT_OFF);
     Ok(match table.estimator {
-        EstimatorKind::Exact => MadeEstimator::Plain(Box::new(Exact)),
-        EstimatorKind::Differences => MadeEstimator::Plain(Box::new(differences(false)?)),
-        EstimatorKind::MotorDifferences => MadeEstimator::Plain(Box::new(differences(true)?)),
-        EstimatorKind::Ekf => MadeEstimator::Filter(Box::new(KalmanFilter::extended(model, noise)?.judged())),
-        EstimatorKind::Ukf => MadeEstimator::Filter(Box::new(KalmanFilter::unscented(model, noise)?.judged())),
-        EstimatorKind::FuzzyEkf => {
-            MadeEstimator::Filter(Box::new(KalmanFilter::extended(model, noise)?.adaptive().judged()))
-        }
+        EstimatorKind::Differences => Box::new(Differences::new(cut_off, false)?),
+        EstimatorKind::MotorDifferences => Box::new(Differences::new(cut_off, true)?),
+        _ => Box::new(Exact),
     })
 }
 

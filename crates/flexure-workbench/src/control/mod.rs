@@ -10,10 +10,9 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use anyhow::{Result, bail};
 use flexure::control::estimation::Consistency;
-use flexure::control::{Controller, Figures, LoopOptions, Run, run_loop_watched, start_of, tip};
-use flexure::manipulator::{Arm, Link};
+use flexure::control::{Controller, Figures, LoopOptions, Plant, Run, run_loop_watched, tip};
 use flexure::simulation::{Sampling, batch};
-use flexure_io::arm::{ControllerTable, Scenario};
+use flexure_io::arm::{Body, ControllerTable, Scenario};
 use flexure_io::check_computed;
 
 pub use outcome::{Outcome, Row, Spread};
@@ -109,7 +108,7 @@ pub fn compare(
     let jobs: Vec<(usize, u64)> = (0..all.len())
         .flat_map(|i| (0..seeds as u64).map(move |k| (i, k)))
         .collect();
-    let plant = Arm::new(scenario.plant)?;
+    let plant = build::plant(scenario)?;
     // What cannot be made is found before anything runs.
     for contestant in &all {
         build::contestant(scenario, contestant)?;
@@ -129,7 +128,7 @@ pub fn compare(
             return None;
         }
         let seed = scenario.options.seed.wrapping_add(k);
-        Some(judge(scenario, &plant, &all[i], seed, &watch).map(|(judged, run)| {
+        Some(judge(scenario, plant.as_ref(), &all[i], seed, &watch).map(|(judged, run)| {
             if let Ok(mut first) = firsts[i].lock()
                 && first.as_ref().is_none_or(|(before, _)| k < *before)
             {
@@ -151,7 +150,11 @@ pub fn compare(
     Ok(Outcome {
         rows,
         seeds,
-        links: scenario.plant.links,
+        body: match scenario.body {
+            Body::Arm { .. } => "the arm",
+            Body::Link { .. } => "the flexible link",
+        },
+        links: scenario.links(),
         end: scenario.motion.trajectory().end(),
         sample_time: scenario.options.sampling.sample_time(),
     })
@@ -163,7 +166,7 @@ fn extent(scenario: &Scenario) -> f64 {
     let trajectory = scenario.motion.trajectory();
     let place = |k: usize| {
         let q = trajectory.at(trajectory.end() * k as f64 / PLACES as f64);
-        tip(&scenario.plant.links, q.map(|q| q.value()))
+        tip(&scenario.links(), q.map(|q| q.value()))
     };
     let mut range = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
     for k in 0..=PLACES {
@@ -179,14 +182,13 @@ fn extent(scenario: &Scenario) -> f64 {
 /// One run.
 fn judge(
     scenario: &Scenario,
-    plant: &Arm,
+    plant: &dyn Plant,
     contestant: &Contestant,
     seed: u64,
     watch: &Watch,
 ) -> Result<(Judged, Run), flexure::Error> {
-    let links = scenario.plant.links;
     let plain = build::contestant(scenario, contestant)?;
-    let (run, figures, kept) = driven(scenario, plant, plain, seed, &links, watch)?;
+    let (run, figures, kept) = driven(scenario, plant, plain, seed, watch)?;
     // A shaped controller is measured against itself without the shaper.
     let unshaped = match contestant.table.filter(|_| contestant.is_shaped()) {
         None => None,
@@ -201,7 +203,7 @@ fn judge(
                 own: None,
             };
             let made = build::contestant(scenario, &without)?;
-            let (_, without, _) = driven(scenario, plant, made, seed, &links, watch)?;
+            let (_, without, _) = driven(scenario, plant, made, seed, watch)?;
             Some(figures.residual_vibration / without.residual_vibration)
         }
     };
@@ -217,10 +219,9 @@ type Driven = (Run, Figures, Vec<[f64; 2]>);
 
 fn driven(
     scenario: &Scenario,
-    plant: &Arm,
+    plant: &dyn Plant,
     made: build::Made,
     seed: u64,
-    links: &[Link; 2],
     watch: &Watch,
 ) -> Result<Driven, flexure::Error> {
     let build::Made {
@@ -235,7 +236,6 @@ fn driven(
         sampling: Sampling::new(end, step)?,
         ..scenario.options
     };
-    let start = start_of(plant, trajectory.as_ref());
     let mut told = 0;
     let mut tell = |t: f64| {
         let now = (PARTS as f64 * t / end) as usize;
@@ -250,7 +250,6 @@ fn driven(
     };
     let run = run_loop_watched(
         plant,
-        start,
         controller.as_mut(),
         estimator.as_estimator(),
         trajectory.as_ref(),
@@ -260,6 +259,6 @@ fn driven(
     // A run that failed is done too.
     watch.advance(PARTS - told);
     let run = run?;
-    let figures = Figures::new(&run, links, trajectory.end());
+    let figures = Figures::new(&run, &scenario.links(), trajectory.end());
     Ok((run, figures, estimator.kept()))
 }

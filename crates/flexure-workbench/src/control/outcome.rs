@@ -118,7 +118,9 @@ pub struct Outcome {
     pub rows: Vec<Row>,
     /// The runs of each.
     pub seeds: usize,
-    /// The links.
+    /// What moves.
+    pub(super) body: &'static str,
+    /// Its links.
     pub(super) links: [Link; 2],
     /// The motion's end, s.
     pub(super) end: f64,

@@ -53,7 +53,7 @@ impl Outcome {
             format!("{} runs", self.seeds)
         };
         ControlPage {
-            title: format!("Control of the arm: {scenario}"),
+            title: format!("Control of {}: {scenario}", self.body),
             subtitle: format!("{what} on one motion of {} s, {runs} of each.", short(self.end)),
             facts: best.map(facts).unwrap_or_default(),
             warnings: (self.rows.iter())
@@ -74,7 +74,10 @@ impl Outcome {
             paths: self.paths(&shown),
             signals,
             time: Axis::of_samples(Some(self.sample_time), 0),
-            arm: shown.first().map(|(row, run)| self.motion(row, run)),
+            // A flexible link has no second one to be drawn.
+            arm: (shown.first())
+                .filter(|_| self.links[1].length > 0.0)
+                .map(|(row, run)| self.motion(row, run)),
             command,
         }
     }
@@ -112,7 +115,7 @@ impl Outcome {
     fn motion(&self, row: &Row, run: &Run) -> ArmMotion {
         let pair = |of: &dyn Fn(usize) -> [f64; 2]| [0, 1].map(|j| (0..run.t.len()).map(|k| of(k)[j]).collect());
         ArmMotion {
-            caption: format!("The arm under {}, seen from above the plane of motion.", row.controller),
+            caption: format!("Seen from above the plane of motion, under {}.", row.controller),
             lengths: self.links.map(|link| link.length),
             time: Axis::of_samples(Some(self.sample_time), 0),
             q: pair(&|k| run.truth[k].q),

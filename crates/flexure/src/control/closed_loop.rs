@@ -23,14 +23,28 @@ use crate::text::decimal;
 const FASTEST: f64 = 1e5;
 
 /// What is controlled: two joints with their motors.
-pub trait Plant {
+pub trait Plant: Sync {
     /// The derivative of `[q1, q2, qm1, qm2, q1', q2', qm1', qm2']` under these motor torques.
     fn derivative(&self, x: &[f64; 8], torque: [f64; 2]) -> [f64; 8];
+
+    /// The state in which it moves as this reference does.
+    fn start(&self, reference: [Jet; 2]) -> State;
 }
 
 impl Plant for Arm {
     fn derivative(&self, x: &[f64; 8], torque: [f64; 2]) -> [f64; 8] {
         Arm::derivative(self, x, torque)
+    }
+
+    fn start(&self, reference: [Jet; 2]) -> State {
+        inverse_motion(self, reference).map_or_else(
+            || State {
+                q: reference.map(|q| q.value()),
+                qm: reference.map(|q| q.value()),
+                ..State::default()
+            },
+            |motion| motion.state(),
+        )
     }
 }
 
@@ -280,29 +294,15 @@ impl Run {
 /// # Errors
 /// Those of [`LoopOptions::check`] and [`Dop853::advance`]; [`Error::Parameter`] for a controller whose torque is not finite.
 pub fn run_loop(
-    plant: &Arm,
+    plant: &dyn Plant,
     controller: &mut dyn Controller,
     estimator: &mut dyn Estimator,
     trajectory: &dyn Trajectory,
     options: &LoopOptions,
 ) -> Result<Run> {
-    let start = start_of(plant, trajectory);
-    run_loop_watched(plant, start, controller, estimator, trajectory, options, &mut |_| {
+    run_loop_watched(plant, controller, estimator, trajectory, options, &mut |_| {
         ControlFlow::Continue(())
     })
-}
-
-/// The state in which the arm moves as the reference does at its start.
-pub fn start_of(arm: &Arm, trajectory: &dyn Trajectory) -> State {
-    let q = trajectory.at(0.0);
-    inverse_motion(arm, q).map_or_else(
-        || State {
-            q: q.map(|q| q.value()),
-            qm: q.map(|q| q.value()),
-            ..State::default()
-        },
-        |motion| motion.state(),
-    )
 }
 
 /// Moves the plant to `end` under these torques. One that runs away would take ever more steps: beyond [`FASTEST`] it ends.
@@ -330,13 +330,12 @@ fn advance(
     })
 }
 
-/// Like [`run_loop`], for any plant from any state; `watch` is called with the time at every instant, and stops by `Break`.
+/// Like [`run_loop`]; `watch` is called with the time at every instant, and stops by `Break`.
 ///
 /// # Errors
 /// Those of [`run_loop`], and [`Error::Stopped`].
 pub fn run_loop_watched(
     plant: &dyn Plant,
-    start: State,
     controller: &mut dyn Controller,
     estimator: &mut dyn Estimator,
     trajectory: &dyn Trajectory,
@@ -345,6 +344,7 @@ pub fn run_loop_watched(
 ) -> Result<Run> {
     options.check()?;
     controller.reset();
+    let start = plant.start(trajectory.at(0.0));
     let mut rng = Pcg64::seed_from_u64(options.seed);
     let mut normal = |std: f64| -> f64 {
         let draw: f64 = StandardNormal.sample(&mut rng);

@@ -9,12 +9,15 @@
 //! with \\(\omega_i = \beta_i^2 \sqrt{EI / \rho L^4}\\), \\(\int \rho \phi_i^2 = 1\\), \\(a_i = \int \rho x \phi_i = 2 L \sqrt{\rho L} / \beta_i^2\\) and
 //! \\(\phi_i(L) = \pm 2 / \sqrt{\rho L}\\). A payload at the tip adds its kinetic energy. Torque and hub rate are collocated, which makes the plant passive.
 //!
-//! The hub is to move as a reference model does, \\(y_m'' = \omega^2 (r - y_m) - 2 \omega y_m'\\). With \\(\epsilon = y_m' - \theta' + \lambda (y_m - \theta)\\),
+//! In the loop it is an arm of one link: `qm[0]` is the hub's angle, `q[0]` that of the tip, its arc by the length, `qm[1]` the second mode's part of
+//! it, and `q[1]` stays. The hub is to move as a reference model does, [`ModelResponse`]. With \\(\epsilon = y_m' - \theta' + \lambda (y_m - \theta)\\),
 //!
-//! $$ \tau = K^T x, \quad x = (\epsilon, y_m'', y_m'), \qquad K' = \Gamma\, \epsilon\, x $$
+//! $$ y_m'' = \omega^2 (r - y_m) - 2 \omega y_m', \qquad \tau = K^T x, \quad x = (\epsilon, y_m'', y_m'), \qquad K' = \Gamma\, \epsilon\, x $$
 
+use super::{COEFFICIENTS, Controller, Jet, Measured, Plant, Trajectory};
 use crate::error::{Error, Result};
 use crate::linalg::{Matrix, Vector};
+use crate::manipulator::State;
 
 /// `beta L` of a clamped-free beam: roots of `cos b cosh b = -1`.
 const BETA: [f64; MODES] = [1.875_104_068_711_961, 4.694_091_132_974_175];
@@ -54,32 +57,28 @@ impl Default for FlexibleLinkParameters {
     }
 }
 
-/// A flexible link under a torque that is held over a sample time: exact, as the equations are linear.
-#[derive(Debug, Clone)]
+/// A flexible link as a plant.
+#[derive(Debug, Clone, PartialEq)]
 pub struct FlexibleLink {
     inertia: f64,
-    /// What the tip moves by hub angle and modes.
-    shape: Vector,
-    /// The generator of hub angle, modes and their rates.
-    generator: Matrix,
-    flow: Matrix,
-    held: Vector,
-    x: Vector,
+    /// The accelerations of tip, hub and second mode by these angles, by their rates, and by the torque.
+    by_angle: [[f64; N]; N],
+    by_rate: [[f64; N]; N],
+    by_torque: [f64; N],
 }
 
 impl FlexibleLink {
-    /// A link at rest, sampled at `step` s.
+    /// A link of these parameters.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for a parameter or a step outside its range.
-    pub fn new(parameters: &FlexibleLinkParameters, step: f64) -> Result<Self> {
+    /// [`Error::Parameter`] for a parameter outside its range.
+    pub fn new(parameters: &FlexibleLinkParameters) -> Result<Self> {
         let p = parameters;
         for (name, value) in [
             ("length", p.length),
             ("stiffness", p.stiffness),
             ("density", p.density),
             ("hub", p.hub),
-            ("sample_time", step),
         ] {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(Error::parameter(name, value, "positive and finite"));
@@ -109,36 +108,41 @@ impl FlexibleLink {
             )
         };
         let inverse = mass.cholesky().ok_or_else(singular)?.inverse();
-        let mut generator = Matrix::zeros(2 * N + 1, 2 * N + 1);
-        for i in 0..N {
-            generator[(i, N + i)] = 1.0;
-            for (j, beta) in BETA.iter().enumerate() {
-                let frequency = beta * beta * (p.stiffness / (beam * p.length.powi(3))).sqrt();
-                generator[(N + i, 1 + j)] = -inverse[(i, 1 + j)] * frequency * frequency;
-                generator[(N + i, N + 1 + j)] = -inverse[(i, 1 + j)] * 2.0 * p.damping * frequency;
-            }
-            generator[(N + i, 2 * N)] = inverse[(i, 0)];
-        }
-        let flow = (&generator * step).exp();
+        let frequencies = BETA.map(|beta| beta * beta * (p.stiffness / (beam * p.length.powi(3))).sqrt());
+        let modes = |of: fn(f64, f64) -> f64| {
+            let [first, second] = frequencies.map(|w| of(w, p.damping));
+            Matrix::from_diagonal(&Vector::from_column_slice(&[0.0, first, second]))
+        };
+        // Hub angle and modes from the angles of tip, hub and second mode, and back.
+        let part = p.length / end;
+        let from = Matrix::from_row_slice(N, N, &[0.0, 1.0, 0.0, part, -part, part, 0.0, 0.0, part]);
+        let to = Matrix::from_row_slice(
+            N,
+            N,
+            &[1.0, 1.0 / part, -1.0 / part, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0 / part],
+        );
+        let back = |matrix: Matrix| -> [[f64; N]; N] {
+            let matrix = -(&to * &inverse * matrix * &from);
+            std::array::from_fn(|i| std::array::from_fn(|j| matrix[(i, j)]))
+        };
+        let by_torque = &to * inverse.column(0);
         Ok(FlexibleLink {
             inertia,
-            shape: tip,
-            generator,
-            held: flow.column(2 * N).rows(0, 2 * N).into_owned(),
-            flow: flow.view((0, 0), (2 * N, 2 * N)).into_owned(),
-            x: Vector::zeros(2 * N),
+            by_angle: back(modes(|w, _| w * w)),
+            by_rate: back(modes(|w, damping| 2.0 * damping * w)),
+            by_torque: std::array::from_fn(|i| by_torque[i]),
         })
     }
 
     /// The circular frequencies of the free vibrations, rad/s, increasing.
     pub fn frequencies(&self) -> Vec<f64> {
-        let free = self.generator.view((0, 0), (2 * N, 2 * N)).into_owned();
-        let mut all: Vec<f64> = free
-            .complex_eigenvalues()
-            .iter()
-            .map(|v| v.im)
-            .filter(|w| *w > 1e-6)
-            .collect();
+        let generator = Matrix::from_fn(2 * N, 2 * N, |i, j| match (i < N, j < N) {
+            (true, _) => f64::from(u8::from(j == N + i)),
+            (false, true) => self.by_angle[i - N][j],
+            (false, false) => self.by_rate[i - N][j - N],
+        });
+        let all = generator.complex_eigenvalues();
+        let mut all: Vec<f64> = all.iter().map(|v| v.im).filter(|w| *w > 1e-6).collect();
         all.sort_unstable_by(f64::total_cmp);
         all
     }
@@ -147,28 +151,101 @@ impl FlexibleLink {
     pub fn inertia(&self) -> f64 {
         self.inertia
     }
+}
 
-    /// Hub angle, rad, and rate, rad/s.
-    pub fn hub(&self) -> [f64; 2] {
-        [self.x[0], self.x[N]]
+impl Plant for FlexibleLink {
+    fn derivative(&self, x: &[f64; 8], torque: [f64; 2]) -> [f64; 8] {
+        let [q, _, qm, second, dq, _, dqm, dsecond] = *x;
+        let (angles, rates) = ([q, qm, second], [dq, dqm, dsecond]);
+        let [ddq, ddqm, ddsecond] = std::array::from_fn(|i| {
+            let sum = |row: &[f64; N], of: [f64; N]| row.iter().zip(of).map(|(a, b)| a * b).sum::<f64>();
+            sum(&self.by_angle[i], angles) + sum(&self.by_rate[i], rates) + self.by_torque[i] * torque[0]
+        });
+        [dq, 0.0, dqm, dsecond, ddq, 0.0, ddqm, ddsecond]
     }
 
-    /// The tip's place along its arc, m.
-    pub fn tip(&self) -> f64 {
-        self.shape.dot(&self.x.rows(0, N))
+    fn start(&self, reference: [Jet; 2]) -> State {
+        let [angle, rate] = [0, 1].map(|order| [reference[0].derivative(order), 0.0]);
+        State {
+            q: angle,
+            qm: angle,
+            dq: rate,
+            dqm: rate,
+        }
+    }
+}
+
+/// The answer of the critically damped reference model to commands, one after the other, from rest at 0.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelResponse {
+    frequency: f64,
+    duration: f64,
+    /// Of each command: the angle, and how far off the model is at its start, with the slope of `(y - r) exp(w t)`.
+    commands: Vec<[f64; 3]>,
+}
+
+impl ModelResponse {
+    /// To these angles, rad, each commanded for `duration` s, of the model's circular frequency in rad/s.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] unless there is an angle, all are finite, and the others positive and finite.
+    pub fn new(angles: &[f64], duration: f64, frequency: f64) -> Result<Self> {
+        for (name, value, requirement) in [
+            ("duration", duration, "positive and finite (in s)"),
+            ("frequency", frequency, "positive and finite (in rad/s)"),
+        ] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(Error::parameter(name, value, requirement));
+            }
+        }
+        if angles.is_empty() {
+            return Err(Error::parameter("the number of angles", 0.0, "at least 1"));
+        }
+        let decay = (-frequency * duration).exp();
+        let (mut y, mut dy) = (0.0, 0.0);
+        let mut commands = Vec::with_capacity(angles.len());
+        for &angle in angles {
+            if !angle.is_finite() {
+                return Err(Error::parameter("angles", angle, "finite (in rad)"));
+            }
+            let off = y - angle;
+            let slope = dy + frequency * off;
+            commands.push([angle, off, slope]);
+            y = angle + decay * (off + slope * duration);
+            dy = decay * (slope - frequency * (off + slope * duration));
+        }
+        Ok(ModelResponse {
+            frequency,
+            duration,
+            commands,
+        })
+    }
+}
+
+impl Trajectory for ModelResponse {
+    fn at(&self, t: f64) -> [Jet; 2] {
+        let last = self.commands.len() - 1;
+        // Before 0 as well as NaN count as 0.
+        let k = ((t / self.duration) as usize).min(last);
+        let [angle, off, slope] = self.commands[k];
+        let s = (t - self.duration * k as f64).max(0.0);
+        let w = self.frequency;
+        let now = off + slope * s;
+        let derivatives: [f64; COEFFICIENTS] = std::array::from_fn(|n| {
+            let grown = now * (-w).powi(n as i32) + n as f64 * slope * (-w).powi(n as i32 - 1);
+            (-w * s).exp() * grown + if n == 0 { angle } else { 0.0 }
+        });
+        [Jet::of_derivatives(&derivatives), Jet::default()]
     }
 
-    /// Holds a torque, N m, over a sample time.
-    pub fn push(&mut self, torque: f64) {
-        self.x = &self.flow * &self.x + &self.held * torque;
+    fn end(&self) -> f64 {
+        self.duration * self.commands.len() as f64
     }
 }
 
 /// The rates of model-reference adaptive control.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModelReferenceGains {
-    /// The reference model's frequency, rad/s.
-    pub model: f64,
     /// The surface's slope, 1/s.
     pub surface: f64,
     /// `K` at the start: of the error, N m s/rad, of acceleration, kg m^2, and of velocity, N m s/rad.
@@ -177,85 +254,81 @@ pub struct ModelReferenceGains {
     pub rates: [f64; 3],
 }
 
-impl Default for ModelReferenceGains {
-    /// Gains that do for the default link at 100 Hz.
-    fn default() -> Self {
+impl ModelReferenceGains {
+    /// Gains that do for a link like the default one at 100 Hz, beginning at the inertia of this one.
+    pub fn of(link: &FlexibleLink) -> Self {
         ModelReferenceGains {
-            model: 0.8,
             surface: 2.0,
-            start: [60.0, 11.2, 0.0],
+            start: [60.0, link.inertia(), 0.0],
             rates: [3.0, 300.0, 3.0],
+        }
+    }
+
+    /// The same without adaptation.
+    #[must_use]
+    pub fn fixed(self) -> Self {
+        ModelReferenceGains {
+            rates: [0.0; 3],
+            ..self
         }
     }
 }
 
-/// Model-reference adaptive control of a flexible link's hub.
+/// Model-reference adaptive control of a flexible link's hub; the loop's reference is the model's motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModelReference {
     gains: ModelReferenceGains,
-    /// Angle and rate of the reference model.
-    model: [f64; 2],
     adapted: [f64; 3],
 }
 
 impl ModelReference {
-    /// A law from rest.
+    /// A law of these gains.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a gain that is negative or not finite.
     pub fn new(gains: ModelReferenceGains) -> Result<Self> {
-        let all = [gains.start, gains.rates, [gains.model, gains.surface, 0.0]].concat();
+        let all = [gains.start, gains.rates, [gains.surface, 0.0, 0.0]].concat();
         if let Some(&gain) = all.iter().find(|v| !(**v >= 0.0 && v.is_finite())) {
             let name = "a gain of the model-reference law";
             return Err(Error::parameter(name, gain, "not negative and finite"));
         }
         Ok(ModelReference {
             gains,
-            model: [0.0; 2],
             adapted: gains.start,
         })
-    }
-
-    /// Angle and rate of the reference model.
-    pub fn model(&self) -> [f64; 2] {
-        self.model
     }
 
     /// The adapted gains.
     pub fn adapted(&self) -> [f64; 3] {
         self.adapted
     }
+}
 
-    /// The torque to be held over `step` s for this command, rad, with hub angle and rate as they are.
-    pub fn torque(&mut self, command: f64, hub: [f64; 2], step: f64) -> f64 {
-        let g = &self.gains;
-        let [y, dy] = self.model;
-        let acceleration = g.model * g.model * (command - y) - 2.0 * g.model * dy;
-        let error = dy - hub[1] + g.surface * (y - hub[0]);
-        let x = [error, acceleration, dy];
+impl Controller for ModelReference {
+    fn torque(&mut self, measured: &Measured) -> [f64; 2] {
+        let (state, wanted) = (&measured.state, measured.reference[0]);
+        let error =
+            wanted.derivative(1) - state.dqm[0] + self.gains.surface * (wanted.value() - state.qm[0]);
+        let x = [error, wanted.derivative(2), wanted.derivative(1)];
         let torque = self.adapted.iter().zip(x).map(|(k, x)| k * x).sum();
-        for ((k, rate), x) in self.adapted.iter_mut().zip(g.rates).zip(x) {
-            *k += step * rate * error * x;
+        for ((k, rate), x) in self.adapted.iter_mut().zip(self.gains.rates).zip(x) {
+            *k += measured.sample_time * rate * error * x;
         }
-        // The critically damped model, exactly.
-        let (decay, off) = ((-g.model * step).exp(), y - command);
-        let slope = dy + g.model * off;
-        self.model = [
-            command + decay * (off + slope * step),
-            decay * (dy - g.model * slope * step),
-        ];
-        torque
+        [torque, 0.0]
+    }
+
+    fn reset(&mut self) {
+        self.adapted = self.gains.start;
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    const STEP: f64 = 0.01;
+    use crate::control::{Exact, LoopOptions, Run, run_loop};
 
     fn link(parameters: &FlexibleLinkParameters) -> FlexibleLink {
-        FlexibleLink::new(parameters, STEP).unwrap()
+        FlexibleLink::new(parameters).unwrap()
     }
 
     /// A heavy hub clamps the root; one without inertia lets it turn: 15.418 and 49.965 are the squared roots of `tan b = tanh b`, of which two
@@ -276,74 +349,89 @@ mod tests {
         assert!((1.0..1.5).contains(&(pinned[1] / unit / 49.965)), "{pinned:?}");
     }
 
-    /// A run under commands that change every six seconds: behind `after` s, the largest distances of hub, rad, and tip, m, from the model.
-    fn run(parameters: &FlexibleLinkParameters, gains: ModelReferenceGains, after: f64) -> ([f64; 2], ModelReference) {
-        let mut plant = link(parameters);
-        let mut law = ModelReference::new(gains).unwrap();
-        let mut worst = [0.0_f64; 2];
-        for k in 0..12_000 {
-            let t = STEP * f64::from(k);
-            if t >= after {
-                let [model, _] = law.model();
-                let off = [plant.hub()[0] - model, plant.tip() - parameters.length * model];
-                worst = [0, 1].map(|i| worst[i].max(off[i].abs()));
-            }
-            let command = if ((t / 6.0) as u32).is_multiple_of(2) {
-                0.8
-            } else {
-                -0.4
-            };
-            let torque = law.torque(command, plant.hub(), STEP);
-            plant.push(torque);
+    /// The model obeys its equation, and a command's end is the start of the next.
+    #[test]
+    fn the_reference_model_answers_its_commands() {
+        let model = ModelResponse::new(&[0.8, -0.4], 6.0, 0.9).unwrap();
+        for (t, command) in [(0.0, 0.8), (2.5, 0.8), (5.9, 0.8), (6.0, -0.4), (7.7, -0.4), (40.0, -0.4)] {
+            let y = model.at(t)[0];
+            let acceleration = 0.81 * (command - y.value()) - 1.8 * y.derivative(1);
+            assert!((y.derivative(2) - acceleration).abs() < 1e-12, "{t}");
+            // The higher derivatives continue those before.
+            let ahead = y.shifted(1e-3);
+            let there = model.at(t + 1e-3)[0];
+            assert!((ahead.derivative(1) - there.derivative(1)).abs() < 1e-12, "{t}");
         }
+        let [before, behind] = [6.0 - 1e-9, 6.0].map(|t| model.at(t)[0]);
+        for order in 0..2 {
+            assert!((before.derivative(order) - behind.derivative(order)).abs() < 1e-8, "{order}");
+        }
+        assert!((model.at(40.0)[0].value() + 0.4).abs() < 1e-12);
+    }
+
+    /// A run under commands that change every six seconds: behind 60 s, the largest distances of hub and tip from the model, rad.
+    fn run(plant: &FlexibleLink, gains: ModelReferenceGains) -> ([f64; 2], ModelReference) {
+        let commands: Vec<f64> = (0..20).map(|k| if k % 2 == 0 { 0.8 } else { -0.4 }).collect();
+        let model = ModelResponse::new(&commands, 6.0, 0.8).unwrap();
+        let mut law = ModelReference::new(gains).unwrap();
+        let options = LoopOptions::new(model.end(), 0.01).unwrap();
+        let Run { t, truth, reference, .. } = run_loop(plant, &mut law, &mut Exact, &model, &options).unwrap();
+        let late = (0..t.len()).filter(|&k| t[k] >= 60.0);
+        let off = late.map(|k| [truth[k].qm[0] - reference[k][0], truth[k].q[0] - reference[k][0]]);
+        let worst = off.fold([0.0_f64; 2], |worst, off| [0, 1].map(|i| worst[i].max(off[i].abs())));
         (worst, law)
     }
 
     /// A payload that the law was not told of: it learns its inertia, where the same gains without adaptation stay off.
     #[test]
     fn an_unknown_payload_is_learnt() {
-        let loaded = FlexibleLinkParameters {
+        let loaded = link(&FlexibleLinkParameters {
             payload: 1.0,
             ..FlexibleLinkParameters::default()
-        };
-        let fixed = ModelReferenceGains {
-            rates: [0.0; 3],
-            ..ModelReferenceGains::default()
-        };
-        let (adaptive, law) = run(&loaded, ModelReferenceGains::default(), 60.0);
-        let (stays, _) = run(&loaded, fixed, 60.0);
+        });
+        let gains = ModelReferenceGains::of(&link(&FlexibleLinkParameters::default()));
+        let (adaptive, law) = run(&loaded, gains);
+        let (stays, _) = run(&loaded, gains.fixed());
         assert!((0..2).all(|i| adaptive[i] < stays[i] / 5.0), "{adaptive:?} {stays:?}");
-        let share = law.adapted()[1] / link(&loaded).inertia();
+        let share = law.adapted()[1] / loaded.inertia();
         assert!((share - 1.0).abs() < 0.03, "{share}");
     }
 
-    /// On a link that hardly bends, `1/2 J e^2` and the squared errors of the gains of acceleration and velocity fall together, but for sampling.
+    /// Keeps the Lyapunov function `1/2 J e^2` and the squared errors of the gains of acceleration and velocity at every instant.
+    struct Watched(ModelReference, f64, Vec<f64>);
+
+    impl Controller for Watched {
+        fn torque(&mut self, measured: &Measured) -> [f64; 2] {
+            let (state, wanted, gains) = (&measured.state, measured.reference[0], self.0.gains);
+            let error = wanted.derivative(1) - state.dqm[0] + gains.surface * (wanted.value() - state.qm[0]);
+            let [_, of_acceleration, of_velocity] = self.0.adapted();
+            let off = (of_acceleration - self.1).powi(2) / gains.rates[1] + of_velocity.powi(2) / gains.rates[2];
+            self.2.push(0.5 * self.1 * error * error + 0.5 * off);
+            self.0.torque(measured)
+        }
+
+        fn reset(&mut self) {
+            self.0.reset();
+        }
+    }
+
+    /// On a link that hardly bends the function falls, but for sampling.
     #[test]
     fn the_lyapunov_function_falls_on_a_stiff_link() {
-        let stiff = FlexibleLinkParameters {
+        let stiff = link(&FlexibleLinkParameters {
             stiffness: 1e7,
             payload: 1.5,
             damping: 0.5,
             ..FlexibleLinkParameters::default()
-        };
-        let gains = ModelReferenceGains::default();
-        let mut plant = FlexibleLink::new(&stiff, 1e-3).unwrap();
-        let mut law = ModelReference::new(gains).unwrap();
-        let inertia = plant.inertia();
-        let mut before = f64::INFINITY;
-        let (mut first, mut rises) = (None, 0.0_f64);
-        for k in 0..30_000 {
-            let error = law.model()[1] - plant.hub()[1] + gains.surface * (law.model()[0] - plant.hub()[0]);
-            let [_, of_acceleration, of_velocity] = law.adapted();
-            let off = (of_acceleration - inertia).powi(2) / gains.rates[1] + of_velocity.powi(2) / gains.rates[2];
-            let value = 0.5 * inertia * error * error + 0.5 * off;
-            first.get_or_insert(value);
-            rises = rises.max(value - before);
-            before = value;
-            let torque = law.torque(if k < 15_000 { 0.8 } else { -0.4 }, plant.hub(), 1e-3);
-            plant.push(torque);
-        }
-        let first = first.unwrap();
-        assert!(before < first && rises < 1e-2 * first, "{first} {before} {rises}");
+        });
+        let gains = ModelReferenceGains::of(&link(&FlexibleLinkParameters::default()));
+        let mut law = Watched(ModelReference::new(gains).unwrap(), stiff.inertia(), Vec::new());
+        let model = ModelResponse::new(&[0.8, -0.4], 15.0, 0.8).unwrap();
+        let options = LoopOptions::new(30.0, 1e-3).unwrap();
+        run_loop(&stiff, &mut law, &mut Exact, &model, &options).unwrap();
+        let values = law.2;
+        let rises = values.windows(2).map(|v| v[1] - v[0]).fold(0.0, f64::max);
+        let (first, last) = (values[0], values[values.len() - 1]);
+        assert!(last < first && rises < 1e-2 * first, "{first} {last} {rises}");
     }
 }

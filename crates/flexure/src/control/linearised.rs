@@ -52,23 +52,27 @@ impl LinearisedArm {
         LinearisedArm { a, b }
     }
 
-    /// `(Ad, Bd)` for torques that are held over `step` seconds: the exponential of `[A B; 0 0] step`.
+    /// `(Ad, Bd)` for torques that are held over `step` seconds.
     pub(crate) fn sampled(&self, step: f64) -> (Matrix, Matrix) {
-        let mut generator = Matrix::zeros(10, 10);
-        for i in 0..8 {
-            for j in 0..8 {
-                generator[(i, j)] = self.a[i][j] * step;
-            }
-            for j in 0..2 {
-                generator[(i, 8 + j)] = self.b[i][j] * step;
-            }
-        }
-        let flow = generator.exp();
-        (
-            flow.view((0, 0), (8, 8)).into_owned(),
-            flow.view((0, 8), (8, 2)).into_owned(),
+        sampled(
+            &Matrix::from_fn(8, 8, |i, j| self.a[i][j]),
+            &Matrix::from_fn(8, 2, |i, j| self.b[i][j]),
+            step,
         )
     }
+}
+
+/// `(Ad, Bd)` of a system in continuous time whose inputs are held over `step` seconds: the exponential of `[A B; 0 0] step`.
+pub(crate) fn sampled(a: &Matrix, b: &Matrix, step: f64) -> (Matrix, Matrix) {
+    let (n, m) = b.shape();
+    let mut generator = Matrix::zeros(n + m, n + m);
+    generator.view_mut((0, 0), (n, n)).copy_from(&(a * step));
+    generator.view_mut((0, n), (n, m)).copy_from(&(b * step));
+    let flow = generator.exp();
+    (
+        flow.view((0, 0), (n, n)).into_owned(),
+        flow.view((0, n), (n, m)).into_owned(),
+    )
 }
 
 /// The circular frequencies, rad/s, the lower first, at which the links vibrate at the elbow angle `q2` while servos of the

@@ -47,7 +47,7 @@ mod trajectory;
 
 pub use closed_loop::{
     Controller, Differences, Encoders, Estimator, Exact, LoopOptions, Measured, Moment, Plant, Run, run_loop,
-    run_loop_watched, start_of,
+    run_loop_watched,
 };
 pub use figures::Figures;
 pub use inversion::{InverseMotion, inverse_motion, link_torque};

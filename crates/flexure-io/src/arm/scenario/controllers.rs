@@ -6,7 +6,8 @@ use serde::Deserialize;
 
 use super::super::error::ArmError;
 use super::super::file::Source;
-use super::super::values::list;
+use super::super::values::of_joints;
+use super::Body;
 
 /// The kinds of controllers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -28,6 +29,8 @@ pub enum ControllerKind {
     Mamdani,
     /// Fuzzy, Takagi-Sugeno.
     TakagiSugeno,
+    /// Model-reference adaptive, of a flexible link.
+    ModelReference,
 }
 
 impl ControllerKind {
@@ -42,6 +45,15 @@ impl ControllerKind {
             ControllerKind::CompositeAdaptive => "composite-adaptive",
             ControllerKind::Mamdani => "mamdani",
             ControllerKind::TakagiSugeno => "takagi-sugeno",
+            ControllerKind::ModelReference => "model-reference",
+        }
+    }
+
+    /// Whether it controls such a body.
+    fn controls(self, body: &Body) -> bool {
+        match body {
+            Body::Arm { .. } => self != ControllerKind::ModelReference,
+            Body::Link { .. } => matches!(self, ControllerKind::Pd | ControllerKind::ModelReference),
         }
     }
 
@@ -83,6 +95,11 @@ impl EstimatorKind {
         }
     }
 
+    /// Whether it is a filter with the model of an arm.
+    fn is_filter(self) -> bool {
+        matches!(self, EstimatorKind::Ekf | EstimatorKind::Ukf | EstimatorKind::FuzzyEkf)
+    }
+
     /// Whether it is a filter of differences, with a cut-off.
     pub fn is_difference(self) -> bool {
         matches!(self, EstimatorKind::Differences | EstimatorKind::MotorDifferences)
@@ -99,13 +116,15 @@ pub struct ControllerTable {
     #[serde(default)]
     pub name: String,
     /// `kp` of a servo, N m/rad.
-    #[serde(default, deserialize_with = "list::<_, _, 2>")]
+    #[serde(default, deserialize_with = "of_joints")]
     pub kp: Option<[f64; 2]>,
     /// `kd` of a servo, N m s/rad.
-    #[serde(default, deserialize_with = "list::<_, _, 2>")]
+    #[serde(default, deserialize_with = "of_joints")]
     pub kd: Option<[f64; 2]>,
     /// The rate of inverse dynamics, 1/s; default 8.
     pub rate: Option<f64>,
+    /// Whether a model-reference law adapts; default true.
+    pub adaptation: Option<bool>,
     /// The input shaper.
     #[serde(default, deserialize_with = "shaper")]
     pub shaper: Option<Shaper>,
@@ -114,6 +133,8 @@ pub struct ControllerTable {
     pub estimator: EstimatorKind,
     /// The cut-off of differences, Hz; default 10.
     pub cut_off: Option<f64>,
+    /// The standard deviation of the torques' noise that a filter reckons with, N m; default that of the loop.
+    pub torque_noise: Option<f64>,
 }
 
 fn shaper<'de, D: serde::Deserializer<'de>>(text: D) -> Result<Option<Shaper>, D::Error> {
@@ -126,13 +147,39 @@ fn shaper<'de, D: serde::Deserializer<'de>>(text: D) -> Result<Option<Shaper>, D
 }
 
 /// Checks the keys of a controller, and gives it a name of its own.
-pub(super) fn complete(source: &Source, controllers: &mut [ControllerTable], i: usize) -> Result<(), ArmError> {
+pub(super) fn complete(
+    source: &Source,
+    body: &Body,
+    controllers: &mut [ControllerTable],
+    i: usize,
+) -> Result<(), ArmError> {
     let (before, rest) = controllers.split_at_mut(i);
     let Some(table) = rest.first_mut() else {
         return Ok(());
     };
     let kind = table.kind;
     let wrong = |name: &str, reason: String| Err(source.value(format!("controller[{}].{name}", i + 1), reason));
+    let (these, own) = match body {
+        Body::Arm { .. } => ("two-link arms", "all kinds but \"model-reference\""),
+        Body::Link { .. } => ("flexible links", "\"pd\" and \"model-reference\""),
+    };
+    if !kind.controls(body) {
+        let reason = format!("\"{}\" does not control {these}; {own} do", kind.name());
+        return wrong("kind", reason);
+    }
+    if matches!(body, Body::Link { .. }) && table.estimator.is_filter() {
+        let reason = "the filters have the model of an arm; a flexible link has \"exact\", \"differences\" and \"motor-differences\"";
+        return wrong("estimator", reason.to_owned());
+    }
+    if matches!(body, Body::Link { .. }) && table.shaper.is_some() {
+        return wrong("shaper", "shapers have the modes of an arm; leave it out".to_owned());
+    }
+    if table.adaptation.is_some() && kind != ControllerKind::ModelReference {
+        return wrong(
+            "adaptation",
+            format!("the kind \"{}\" has no such key; leave it out", kind.name()),
+        );
+    }
     for (name, unit, gains) in [("kp", "N m/rad", table.kp), ("kd", "N m s/rad", table.kd)] {
         match gains {
             Some(_) if !kind.is_servo() => {
@@ -177,21 +224,20 @@ pub(super) fn complete(source: &Source, controllers: &mut [ControllerTable], i: 
             "shapers are for servos, whose modes are known: pd and pd-feedforward".to_owned(),
         );
     }
-    match table.cut_off {
-        Some(_) if !table.estimator.is_difference() => {
-            let reason = format!(
-                "the estimator \"{}\" has no such key; leave it out",
-                table.estimator.name()
-            );
-            return wrong("cut_off", reason);
+    let estimator = table.estimator;
+    for (name, unit, given, known) in [
+        ("cut_off", "Hz", table.cut_off, estimator.is_difference()),
+        ("torque_noise", "N m", table.torque_noise, estimator.is_filter()),
+    ] {
+        let Some(value) = given else { continue };
+        if !known {
+            let reason = format!("the estimator \"{}\" has no such key; leave it out", estimator.name());
+            return wrong(name, reason);
         }
-        Some(cut_off) if !(cut_off > 0.0 && cut_off.is_finite()) => {
-            return wrong(
-                "cut_off",
-                format!("{}, but must be positive and finite (in Hz)", exact(cut_off)),
-            );
+        if !(value > 0.0 && value.is_finite()) {
+            let reason = format!("{}, but must be positive and finite (in {unit})", exact(value));
+            return wrong(name, reason);
         }
-        _ => {}
     }
     if table.name.is_empty() {
         let shaper = table.shaper.map(|shaper| format!(" {}", shaper.name()));

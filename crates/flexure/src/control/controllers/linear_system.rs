@@ -1,10 +1,11 @@
-//! Any linear system as a controller, sampled at the loop's sample time.
+//! Any linear system as a controller, in discrete time at the loop's sample time.
 //!
 //! $$ x_{k+1} = A x_k + B u_k, \qquad \tau_k = C x_k + D u_k + \tau_{d,k} $$
 //!
 //! Its inputs are the errors of both motors' angles; a system of four inputs has those of their velocities behind. With a model the reference is
 //! the motors' motion of that model, and its torque \\(\tau_d\\) is added.
 
+use super::super::linearised::sampled;
 use super::super::{Controller, Measured};
 use super::feedforward::wanted;
 use crate::error::{Error, Result};
@@ -55,6 +56,22 @@ impl LinearSystem {
             x: Vector::zeros(n),
         })
     }
+
+    /// The system of these matrices in continuous time, with its inputs held over `step` s.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a system that grows beyond all numbers within a step.
+    pub fn sampled(self, step: f64) -> Result<Self> {
+        let [a, b, c, d] = self.matrices;
+        let (a, b) = sampled(&a, &b, step);
+        match a.iter().chain(b.iter()).find(|v| !v.is_finite()) {
+            Some(&v) => Err(Error::parameter("an element of the sampled A or B", v, "finite")),
+            None => Ok(LinearSystem {
+                matrices: [a, b, c, d],
+                ..self
+            }),
+        }
+    }
 }
 
 impl Controller for LinearSystem {
@@ -79,5 +96,33 @@ impl Controller for LinearSystem {
 
     fn reset(&mut self) {
         self.x.fill(0.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// scripts/reference/arm_control.py: SciPy's `cont2discrete`.
+    #[test]
+    fn a_sampled_system_is_that_of_scipy() {
+        let a = [0.0, 1.0, 0.0, -4.0, -0.4, 2.0, 0.0, 0.0, -3.0];
+        let b = [0.0, 0.0, 1.0, 0.5, 0.0, 2.0];
+        let system = LinearSystem::new(None, &a, &b, &[0.0; 6], &[0.0; 4]).unwrap();
+        let [a, b, ..] = system.sampled(0.1).unwrap().matrices;
+        let expected_a = [
+            [0.980_329_544_459_963_3, 0.097_374_215_922_855_36, 0.008_917_173_557_681_455],
+            [-0.389_496_863_691_421_45, 0.941_379_858_090_821_3, 0.167_996_911_172_666_38],
+            [0.0, 0.0, 0.740_818_220_681_717_8],
+        ];
+        let expected_b = [
+            [0.004_917_613_885_009_153, 0.003_070_843_084_062_476_8],
+            [0.097_374_215_922_855_38, 0.066_521_455_076_790_61],
+            [0.0, 0.172_787_852_878_854_8],
+        ];
+        for i in 0..3 {
+            (0..3).for_each(|j| assert!((a[(i, j)] - expected_a[i][j]).abs() < 1e-10, "{i} {j}"));
+            (0..2).for_each(|j| assert!((b[(i, j)] - expected_b[i][j]).abs() < 1e-10, "{i} {j}"));
+        }
     }
 }
