@@ -1,5 +1,6 @@
 //! What can be exported, and the names of the formats.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::{Result, bail};
@@ -72,6 +73,8 @@ pub fn exportable(path: &Path) -> Result<ModelFile> {
         settling: None,
         noise_model: None,
         estimated: None,
+        reading: BTreeMap::new(),
+        missing: false,
         records: Vec::new(),
         identification: serde_json::Value::Null,
     })
