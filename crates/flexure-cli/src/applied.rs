@@ -57,7 +57,8 @@ pub struct Applied {
 }
 
 impl ModelOnRecord {
-    /// Reads both. `tables` and `others` are the files that the command will write.
+    /// Reads both. `tables` and `others` are the files that the command will write; `missing` is the option of that name, where the
+    /// command has it, and becomes true where the model's record could miss outputs.
     ///
     /// # Errors
     /// For files that cannot be read or written, columns that the record lacks, and another sample time than the model's.
@@ -65,17 +66,17 @@ impl ModelOnRecord {
         &'a self,
         tables: impl IntoIterator<Item = &'a PathBuf>,
         others: impl IntoIterator<Item = &'a PathBuf>,
+        missing: Option<&mut bool>,
     ) -> Result<Applied> {
         if let Some(input) = &self.input {
             arguments::distinct_inputs(&[input], self.output.as_deref())?;
         }
         prepare([&self.model, &self.record], tables, others)?;
         let model = read_model(&self.model)?;
-        let file = self.reading.read(&self.record)?;
+        let reading = self.reading.as_of_model(&model, missing, &self.record)?;
+        let file = reading.read(&self.record)?;
         let connected = Connected::of_model(&file, &model, self.input.as_deref(), self.output.as_deref())?;
-        let time = self
-            .reading
-            .same_sample_time(&file, model.sample_time, &connected.all())?;
+        let time = reading.same_sample_time(&file, model.sample_time, &connected.all())?;
         Ok(Applied {
             model,
             file,

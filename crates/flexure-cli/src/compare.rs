@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use flexure_io::read_model;
-use flexure_workbench::systems::{Compared, Contender};
+use flexure_workbench::systems::{Compared, Contender, Judging};
 
 use crate::arguments;
 use crate::columns::Connected;
@@ -30,6 +30,9 @@ pub struct Arguments {
     /// the record.
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = arguments::count)]
     skip: Option<usize>,
+    /// Skip samples whose output is missing (NaN, or an empty field) instead of refusing them.
+    #[arg(long)]
+    missing: bool,
     /// Write a page with the models' runs here.
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
@@ -51,12 +54,18 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .iter()
         .map(|path| Ok((path.display().to_string(), read_model(path)?)))
         .collect::<Result<_>>()?;
-    let file = arguments.reading.read(record)?;
+    // Every model's record may have been read in its own way: what this one takes of it, the first model says.
+    let mut missing = arguments.missing;
+    let reading = match models.first() {
+        Some((_, model)) => &arguments.reading.as_of_model(model, Some(&mut missing), record)?,
+        None => &arguments.reading,
+    };
+    let file = reading.read(record)?;
     let mut contenders = Vec::with_capacity(models.len());
     for (name, model) in models {
         let Connected { inputs, output } = Connected::of_model(&file, &model, None, None)?;
         let used: Vec<&str> = inputs.iter().chain([&output]).map(String::as_str).collect();
-        arguments.reading.same_sample_time(&file, model.sample_time, &used)?;
+        reading.same_sample_time(&file, model.sample_time, &used)?;
         contenders.push(Contender {
             name,
             model,
@@ -64,7 +73,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             output,
         });
     }
-    let compared = spinning("simulating", || Compared::new(contenders, &file, arguments.skip))?;
+    let judging = Judging {
+        skip: arguments.skip,
+        missing,
+        ..Judging::default()
+    };
+    let compared = spinning("simulating", || Compared::new(contenders, &file, judging))?;
     if let Some(path) = &arguments.report {
         write_text(path, &compared.html(&file, Some(this_command()))?)?;
     }

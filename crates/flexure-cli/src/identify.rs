@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
 use flexure::identify::{AUTO, Calibration, HAMMERSTEIN, Options, RefinedHammerstein, Structure, structures};
-use flexure_io::{RecordFile, model_text};
+use flexure_io::{ModelFile, RecordFile, model_text};
 use flexure_report::data::ArmMotion;
 use flexure_workbench::fleet::{Outcome, joined, single_values};
 use flexure_workbench::systems::{Decoration, Identified, SystemColumns, Task, arm_motion};
@@ -191,7 +191,7 @@ impl Arguments {
         row.push(("warnings".to_owned(), joined(&object["warnings"])));
         Ok(Outcome {
             row,
-            model: model_text(&identified.model(), Path::new("model.json"))?,
+            model: model_text(&self.model(&identified), Path::new("model.json"))?,
         })
     }
 
@@ -234,6 +234,14 @@ impl Arguments {
             .with("dt", sample_time);
         let report = Call::new("model.report").by_place(self.report.as_ref()?.to_str()?);
         Some(format!("{reading}model = {model}{}\n{}", fit.text(), report.text()))
+    }
+
+    /// The model file, which says how its record was read.
+    fn model(&self, identified: &Identified) -> ModelFile {
+        ModelFile {
+            reading: self.reading.kept(),
+            ..identified.model()
+        }
     }
 
     /// The arm in motion, for a record that has its angles.
@@ -332,7 +340,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         files.push((path, identified.html(&file, decoration)?));
     }
     if let Some(path) = &arguments.model {
-        files.push((path, model_text(&identified.model(), path)?));
+        files.push((path, model_text(&arguments.model(&identified), path)?));
     }
     for (path, text) in files {
         write_text(path, &text)?;

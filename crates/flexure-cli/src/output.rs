@@ -83,7 +83,7 @@ pub fn this_command() -> String {
 }
 
 /// An argument as a shell takes it: between quotation marks where it has characters of a meaning of their own.
-fn quoted(argument: &str) -> String {
+pub fn quoted(argument: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "_-+=.,:/@%".contains(c);
     if !argument.is_empty() && argument.chars().all(plain) {
         return argument.to_owned();

@@ -93,7 +93,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         file,
         connected,
         time,
-    } = arguments.applied.open([&arguments.out], [])?;
+    } = arguments.applied.open([&arguments.out], [], None)?;
     let inputs = connected.inputs();
     let entering = columns(&file, &inputs)?;
     let measured = arguments.measured(&file, &model, &connected.output)?;

@@ -1,14 +1,15 @@
 //! How a record is read, and where its sample instants stand.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
-use anyhow::{Result, bail};
-use clap::ValueEnum;
-use flexure_io::{Decimal, Instants, ReadOptions, RecordFile, TimeColumn};
+use anyhow::{Context as _, Result, bail};
+use clap::{Args as _, FromArgMatches as _, ValueEnum};
+use flexure_io::{Decimal, Instants, ModelFile, ReadOptions, RecordFile, TimeColumn};
 use flexure_workbench::look::NOTED_JITTER;
 
 use crate::arguments;
-use crate::output::print_note;
+use crate::output::{print_note, quoted};
 use crate::progress::spinning;
 
 /// Relative difference of two sample times that still count as the same.
@@ -31,8 +32,8 @@ pub struct Reading {
     #[arg(long, value_name = "yes|no")]
     header: Option<Answer>,
     /// Leave out N lines before the table.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    skip_lines: u64,
+    #[arg(long, value_name = "N")]
+    skip_lines: Option<u64>,
     /// The column of the sample instants; by default the one called t, time, timestamp or alike ("Time [s]", time_ms).
     #[arg(long, value_name = "COLUMN")]
     time: Option<String>,
@@ -70,6 +71,15 @@ enum Answer {
     No,
 }
 
+/// Extensions of files that have parts, and the options that name one.
+const WITH_PARTS: [&str; 6] = ["mcap", "db3", "h5", "hdf5", "mat", "zst"];
+const OF_PARTS: [&str; 2] = ["topic", "joint"];
+
+/// An option with its value, as it is typed.
+fn typed((name, value): (&String, &String)) -> [String; 2] {
+    [format!("--{name}"), value.clone()]
+}
+
 impl Reading {
     /// Reads the record at `path`, `-` for the standard input, and notes what was decided.
     ///
@@ -88,7 +98,7 @@ impl Reading {
                 DecimalSign::Comma => Decimal::Comma,
             }),
             header: self.header.map(|answer| answer == Answer::Yes),
-            skip: self.skip_lines,
+            skip: self.skip_lines.unwrap_or(0),
             time_format: self.time_format.clone(),
             topic: self.topic.clone(),
             joint: self.joint.clone(),
@@ -117,25 +127,61 @@ impl Reading {
 
     /// The options that were given, as they are typed for another command on the same file.
     pub fn given(&self) -> Vec<String> {
+        self.kept().iter().flat_map(typed).collect()
+    }
+
+    /// The options that were given, by their names.
+    pub fn kept(&self) -> BTreeMap<String, String> {
         let choice = |value: Option<clap::builder::PossibleValue>| value.map(|v| v.get_name().to_owned());
-        let skip = (self.skip_lines > 0).then(|| self.skip_lines.to_string());
         let all = [
-            (
-                "--separator",
-                choice(self.separator.and_then(|v| v.to_possible_value())),
-            ),
-            ("--decimal", choice(self.decimal.and_then(|v| v.to_possible_value()))),
-            ("--header", choice(self.header.and_then(|v| v.to_possible_value()))),
-            ("--skip-lines", skip),
-            ("--time", self.time.clone()),
-            ("--time-format", self.time_format.clone()),
-            ("--topic", self.topic.clone()),
-            ("--joint", self.joint.clone()),
+            ("separator", choice(self.separator.and_then(|v| v.to_possible_value()))),
+            ("decimal", choice(self.decimal.and_then(|v| v.to_possible_value()))),
+            ("header", choice(self.header.and_then(|v| v.to_possible_value()))),
+            ("skip-lines", self.skip_lines.map(|lines| lines.to_string())),
+            ("time", self.time.clone()),
+            ("time-format", self.time_format.clone()),
+            ("topic", self.topic.clone()),
+            ("joint", self.joint.clone()),
         ];
         let given = all
             .into_iter()
-            .filter_map(|(name, value)| Some([name.to_owned(), value?]));
-        given.flatten().collect()
+            .filter_map(|(name, value)| Some((name.to_owned(), value?)));
+        given.collect()
+    }
+
+    /// The same with what was given for the model's record where nothing is given for this one; a note says what. `missing` is the
+    /// option of that name, where the command has it, and becomes true where the model's record could miss outputs.
+    ///
+    /// # Errors
+    /// For options in the model file that this version does not know.
+    pub fn as_of_model(&self, model: &ModelFile, missing: Option<&mut bool>, record: &Path) -> Result<Reading> {
+        let own = self.kept();
+        let parts = record
+            .extension()
+            .is_some_and(|e| WITH_PARTS.iter().any(|known| e == *known));
+        let fits = |name: &String| !own.contains_key(name) && (parts || !OF_PARTS.contains(&name.as_str()));
+        let taken = model.reading.iter().filter(|(name, _)| fits(name));
+        let taken: Vec<String> = taken.flat_map(typed).collect();
+        let mut said: Vec<String> = taken.iter().map(|word| quoted(word)).collect();
+        if let Some(missing) = missing.filter(|missing| model.missing && !**missing) {
+            *missing = true;
+            said.push("--missing".to_owned());
+        }
+        if !said.is_empty() {
+            print_note(&format!(
+                "note: {} is read as the model's record was: {}",
+                record.display(),
+                said.join(" ")
+            ));
+        }
+        let command = Reading::augment_args(clap::Command::new("flexure").no_binary_name(true));
+        let matches = command
+            .try_get_matches_from(taken.into_iter().chain(self.given()))
+            .context("the model file says how its record was read, in a way that this version does not know")?;
+        Ok(Reading {
+            memory: self.memory,
+            ..Reading::from_arg_matches(&matches)?
+        })
     }
 
     /// The column of the sample instants; `signals` are the columns in use.

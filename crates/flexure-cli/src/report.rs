@@ -38,9 +38,10 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    let mut missing = arguments.missing;
     let Applied {
         model, file, connected, ..
-    } = arguments.applied.open([], [&arguments.out])?;
+    } = arguments.applied.open([], [&arguments.out], Some(&mut missing))?;
     let inputs = connected.inputs();
     let system = SystemColumns {
         inputs: &inputs,
@@ -49,10 +50,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let judging = Judging {
         skip: arguments.skip,
         initial_state: arguments.applied.initial_state,
-        missing: arguments.missing,
+        missing,
     };
     let identified = spinning("simulating", || Identified::again(&model, &file, system, judging))
-        .map_err(|error| with_missing(error, &connected.output, !arguments.missing))?;
+        .map_err(|error| with_missing(error, &connected.output, !missing))?;
     let outside = Outside::new(&model.block, &columns(&file, &inputs)?);
     let decoration = Decoration {
         command: Some(this_command()),

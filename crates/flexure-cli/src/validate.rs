@@ -30,9 +30,10 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    let mut missing = arguments.missing;
     let Applied {
         model, file, connected, ..
-    } = arguments.applied.open([], [])?;
+    } = arguments.applied.open([], [], Some(&mut missing))?;
     if let Some(skip) = arguments.skip.filter(|skip| *skip >= file.record.len()) {
         bail!(
             "{}: --skip {skip} leaves nothing of {} samples to compare",
@@ -47,10 +48,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let judging = Judging {
         skip: arguments.skip,
         initial_state: arguments.applied.initial_state,
-        missing: arguments.missing,
+        missing,
     };
     let judged = Judged::new(&model, &file, columns, judging)
-        .map_err(|error| with_missing(error, &connected.output, !arguments.missing))?;
+        .map_err(|error| with_missing(error, &connected.output, !missing))?;
     match arguments.json {
         true => print(&judged.json().to_string()),
         false => print_result(&judged.summary(), []),

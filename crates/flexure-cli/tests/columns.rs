@@ -110,3 +110,56 @@ fn a_model_knows_its_columns() {
         "input.csv: no column 'speed'; the columns are: volts",
     );
 }
+
+/// A record with two lines before the table, semicolons, decimal commas and outputs that are missing.
+fn as_logged(samples: usize, seed: u64) -> String {
+    let record = known(samples, seed);
+    let row = |k: usize| {
+        let field = |name: &str| record.column(name).unwrap()[k].to_string().replace('.', ",");
+        let y = if k % 50 == 7 { String::new() } else { field("y") };
+        format!("{};{y}\n", field("u"))
+    };
+    format!(
+        "logger 7\nstarted at noon\nu;y\n{}",
+        (0..samples).map(row).collect::<String>()
+    )
+}
+
+#[test]
+fn a_model_says_how_records_like_its_own_are_read() {
+    let folder = Folder::new();
+    folder.write("log.csv", as_logged(900, 1));
+    folder.write("later.csv", as_logged(400, 2));
+    let options = "--decimal comma --skip-lines 2 --missing";
+    folder.done(&format!(
+        "identify log.csv --input u --output y {options} -o model.json"
+    ));
+    let note = format!("note: later.csv is read as the model's record was: {options}\n");
+    for command in ["validate model.json later.csv", "compare model.json later.csv"] {
+        let as_kept = folder.run(command);
+        assert_eq!((as_kept.code, &as_kept.stderr), (Some(0), &note), "{command}");
+        assert_eq!(as_kept.stdout, folder.done(&format!("{command} {options}")));
+    }
+    let page = folder.run("report model.json later.csv -o page.html");
+    assert_eq!((page.code, page.stderr), (Some(0), note));
+    // What is given counts: the header is not on the first line.
+    let other = folder.run("validate model.json later.csv --skip-lines 0");
+    assert_eq!(other.code, Some(1));
+    assert!(other.stderr.contains("--decimal comma --missing\n"), "{other:?}");
+    // Nothing is kept of a record that needed nothing, and a topic is none of a text file.
+    let plain = folder
+        .read("model.json")
+        .replace("\"skip-lines\"", "\"topic\"")
+        .replace("\"2\"", "\"/x\"");
+    folder.write("topic.json", plain);
+    folder.write("plain.csv", text("u,y", &["u", "y"], 300));
+    let outcome = folder.run("validate topic.json plain.csv --decimal point");
+    assert_eq!(
+        outcome.stderr,
+        "note: plain.csv is read as the model's record was: --missing\n"
+    );
+    folder.known("r.csv", 900, 1);
+    folder.done("identify r.csv --input u --output y -o tidy.json");
+    assert!(!folder.read("tidy.json").contains("\"reading\"") && !folder.read("tidy.json").contains("\"missing\""));
+    folder.done("validate tidy.json r.csv");
+}

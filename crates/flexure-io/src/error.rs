@@ -292,6 +292,9 @@ pub enum LineProblem {
     /// The line contains a bare carriage return.
     #[error("there is a carriage return within the line; end the lines with line feeds")]
     CarriageReturn,
+    /// The file is packed.
+    #[error("the file is packed, as a workbook (.xlsx) is; save its sheet as CSV")]
+    Packed,
     /// The text is not UTF-8.
     #[error("the text is not UTF-8; save the file as UTF-8")]
     NotUtf8,

@@ -3,6 +3,7 @@
 mod mark;
 mod version1;
 
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 
@@ -60,6 +61,13 @@ pub struct ModelFile {
     /// What the model was estimated from, for the limits of its residual tests. `None` where they do not allow for its own error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimated: Option<Estimated>,
+    /// How the record was read where its file leaves that open: options of the program by their names. Records like it are read so
+    /// without being told.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub reading: BTreeMap<String, String>,
+    /// Whether outputs could be missing, as NaN, in the record. They may then be missing in records like it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub missing: bool,
     /// The records that the model was identified from, one an experiment; empty where that is not known.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub records: Vec<RecordMark>,

@@ -52,7 +52,11 @@ impl ReadOptions {
     /// # Errors
     /// Says what is wrong, in which file, and where: see [`Error`].
     pub fn read(&self, path: impl AsRef<Path>) -> Result<RecordFile> {
-        self.read_as_written(path.as_ref()).map(RecordFile::with_epochs)
+        let options = ReadOptions {
+            time_format: self.time_format.as_deref().map(text::with_fraction),
+            ..self.clone()
+        };
+        options.read_as_written(path.as_ref()).map(RecordFile::with_epochs)
     }
 
     fn read_as_written(&self, path: &Path) -> Result<RecordFile> {

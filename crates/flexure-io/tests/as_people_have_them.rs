@@ -326,7 +326,7 @@ fn a_logger_with_its_own_time_format() {
     assert_eq!(
         read("own_format_note", content).notes,
         [
-            "column 'date' is left out: 'date' is text, such as '01.05.2024 10:00:00.00' on line 2 (--time-format says how time stamps are written)"
+            "column 'date' is left out: 'date' is text, such as '01.05.2024 10:00:00.00' on line 2 (--time-format says how time stamps are written, as in \"%d.%m.%Y %H:%M:%S%.f\")"
         ]
     );
     let options = ReadOptions {
@@ -334,6 +334,93 @@ fn a_logger_with_its_own_time_format() {
         ..ReadOptions::default()
     };
     assert_log(&read_with(&options, "own_format", content).unwrap(), &["date", "u"]);
+}
+
+#[test]
+fn durations_of_pandas_and_matlab() {
+    let pandas = ",u\n0 days 00:00:00,1.5\n0 days 00:00:00.010000,2.5\n0 days 00:00:00.020000,3.5\n";
+    let file = read("timedelta", pandas);
+    assert_log(&file, &["c0", "u"]);
+    let file = read("duration", "Time,u\n0 sec,1.5\n0.01 sec,2.5\n0.02 sec,3.5\n");
+    assert_log(&file, &["Time", "u"]);
+}
+
+#[test]
+fn a_spreadsheet_in_german_with_remarks() {
+    let rows: String = (0..3)
+        .map(|i| format!("02.03.2026 08:00:00,0{i}0;{},5;\n", i + 1))
+        .collect();
+    let content = format!("sep=;\nDatum/Uhrzeit;u;Bemerkung\n{rows}");
+    let note = &read("german", &content).notes[0];
+    assert!(
+        note.starts_with("column 'Datum/Uhrzeit' and another one are left out"),
+        "{note}"
+    );
+    assert!(note.contains("--time-format"), "{note}");
+    // As Python writes it, where %f is a fraction of a second.
+    let options = ReadOptions {
+        time_format: Some("%d.%m.%Y %H:%M:%S,%f".to_owned()),
+        ..ReadOptions::default()
+    };
+    let file = read_with(&options, "german_format", &content).unwrap();
+    assert_log(&file, &["Datum/Uhrzeit", "u"]);
+    assert!(
+        file.notes
+            .contains(&"column 'Bemerkung' is left out: 'Bemerkung' is empty".to_owned()),
+        "{:?}",
+        file.notes
+    );
+}
+
+#[test]
+fn a_labview_file_has_two_headers() {
+    let content = "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\t\n\t\t\t\nChannels\t2\t\t\nSamples\t3\t3\t\n\
+                   Y_Unit_Label\tV\tm\t\nX0\t0.0\t0.0\t\n***End_of_Header***\t\t\t\nX_Value\tu\ty\tComment\n\
+                   0.00\t1.5\t4\t\n0.01\t2.5\t5\t\n0.02\t3.5\t6\t\n";
+    let message = refused("labview", content);
+    assert!(
+        message.ends_with("if the table begins on line 10, say --skip-lines 9"),
+        "{message}"
+    );
+    let options = ReadOptions {
+        skip: 9,
+        ..ReadOptions::default()
+    };
+    let file = read_with(&options, "labview_skip", content).unwrap();
+    assert_eq!(file.record.names(), ["X_Value", "u", "y"]);
+}
+
+#[test]
+fn an_oscilloscope_with_settings_beside_the_units() {
+    let content = "X,CH1,Start,Increment,\nSequence,Volt,0.0e+00,1.0e-02\n0,1.5,,\n1,2.5,,\n2,3.5,,\n";
+    let file = read("rigol", content);
+    assert_eq!(file.record.names(), ["X", "CH1"]);
+    assert_eq!(
+        (file.column("CH1").unwrap(), file.unit("CH1")),
+        (&[1.5, 2.5, 3.5][..], Some("Volt"))
+    );
+}
+
+#[test]
+fn an_oscilloscope_with_settings_beside_the_samples_needs_a_word() {
+    let content = "Record Length,3,,0.00,1.5\nSource,CH1,,0.01,2.5\n,,,0.02,3.5\n";
+    assert!(
+        refused("tek", content).contains("say --header yes if"),
+        "{}",
+        refused("tek", content)
+    );
+    let options = ReadOptions {
+        header: Some(false),
+        ..ReadOptions::default()
+    };
+    let file = read_with(&options, "tek_no_header", content).unwrap();
+    assert_eq!(file.column("c4").unwrap(), [1.5, 2.5, 3.5]);
+}
+
+#[test]
+fn a_workbook_is_no_text() {
+    let message = refused("workbook", b"PK\x03\x04\x14\0\x06\0");
+    assert!(message.contains("save its sheet as CSV"), "{message}");
 }
 
 #[test]

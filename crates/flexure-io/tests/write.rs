@@ -148,6 +148,8 @@ fn model() -> ModelFile {
             parameters: 5,
             samples: 900,
         }),
+        reading: [("skip-lines".to_owned(), "3".to_owned())].into(),
+        missing: true,
         records: vec![RecordMark {
             name: "r.csv".to_owned(),
             samples: 1200,

@@ -76,6 +76,8 @@ pub struct Verdict {
     pub holds: bool,
     /// The answer in a sentence or two, naming the test that refutes the model if one does.
     pub text: String,
+    /// What it rests on, a short line each, folded away below the text.
+    pub details: Vec<String>,
 }
 
 /// A number with its name.

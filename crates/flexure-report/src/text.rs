@@ -353,12 +353,13 @@ pub(crate) fn count(n: usize) -> String {
     groups.join("\u{202f}")
 }
 
-/// A p-value for reading: three decimals, and no pretence of more below.
+/// A p-value for reading: two digits, and not below 1e-6, where no distribution is known so well.
 fn p_value(p: f64) -> String {
     match p {
         p if !p.is_finite() => "–".into(),
-        p if p < 0.001 => "< 0.001".into(),
-        p => format!("{p:.3}"),
+        p if p < 1e-6 => "< 10⁻⁶".into(),
+        p if p < 1e-3 => number(p, 1),
+        p => number(p, 2),
     }
 }
 
@@ -397,8 +398,9 @@ mod tests {
 
     #[test]
     fn p_values_do_not_pretend() {
-        assert_eq!(p_value(0.0), "< 0.001");
-        assert_eq!(p_value(0.123_4), "0.123");
+        assert_eq!(p_value(0.0), "< 10⁻⁶");
+        assert_eq!(p_value(0.000_034), "3·10⁻⁵");
+        assert_eq!(p_value(0.123_4), "0.12");
         assert_eq!(p_value(f64::NAN), "–");
     }
 

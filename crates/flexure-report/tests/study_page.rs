@@ -43,6 +43,7 @@ fn page() -> StudyPage {
             headline: "Differs".into(),
             holds: false,
             text: "One differs.".into(),
+            details: Vec::new(),
         },
         facts: Vec::new(),
         warnings: Vec::new(),

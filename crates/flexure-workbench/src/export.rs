@@ -1,5 +1,6 @@
 //! What can be exported, and the names of the formats.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::{Context as _, Result, bail};
@@ -135,6 +136,8 @@ fn memoryless(structure: &str, inputs: &[String], output: &str, block: Block) ->
         settling: None,
         noise_model: None,
         estimated: None,
+        reading: BTreeMap::new(),
+        missing: false,
         records: Vec::new(),
         identification: serde_json::Value::Null,
     }

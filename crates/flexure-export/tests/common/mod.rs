@@ -1,5 +1,7 @@
 //! Random models over all structures, and inputs that leave the tables' ranges.
 
+use std::collections::BTreeMap;
+
 use flexure::Block;
 use flexure::linear::TransferFunction;
 use flexure::model::{FeedbackLevels, FeedbackModel, NarxModel, NarxTerm, VolterraModel};
@@ -204,6 +206,8 @@ pub fn file(structure: &str, block: Block) -> ModelFile {
         settling: None,
         noise_model: None,
         estimated: None,
+        reading: BTreeMap::new(),
+        missing: false,
         records: Vec::new(),
         identification: Default::default(),
     }

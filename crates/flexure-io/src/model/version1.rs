@@ -1,5 +1,7 @@
 //! Version 1 of model files: input names joined by commas, offsets as straight lines, blocks without names.
 
+use std::collections::BTreeMap;
+
 use flexure::Block;
 use flexure::nonlinearity::{Curve, Outside};
 use flexure::validation::Estimated;
@@ -57,6 +59,8 @@ pub(super) fn parse(bytes: &[u8]) -> serde_json::Result<ModelFile> {
         settling: old.settling,
         noise_model: old.noise_model,
         estimated: old.estimated,
+        reading: BTreeMap::new(),
+        missing: false,
         records: Vec::new(),
         structure: old.structure,
         identification: old.identification,

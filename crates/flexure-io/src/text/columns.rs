@@ -1,6 +1,6 @@
 //! The columns of a text file: numbers, time stamps, or texts that cannot serve as signals.
 
-use super::stamps::Stamps;
+use super::stamps::{self, Stamps};
 use crate::error::LineProblem;
 use crate::options::{Decimal, ReadOptions};
 use crate::record_file::Unusable;
@@ -149,7 +149,11 @@ enum Kind<'a> {
         first: i64,
         text: String,
     },
-    Text(Unusable),
+    Text {
+        why: Unusable,
+        /// Whether the text looks like a time stamp of another format.
+        looks_like_stamp: bool,
+    },
 }
 
 impl<'a> Column<'a> {
@@ -173,7 +177,7 @@ impl<'a> Column<'a> {
         options: &'a ReadOptions,
     ) -> Result<(), LineProblem> {
         let value = match &self.kind {
-            Kind::Text(_) => return Ok(()),
+            Kind::Text { .. } => return Ok(()),
             _ if is_missing(field) => Some(f64::NAN),
             Kind::Stamps { format, first, .. } => format.nanoseconds(field).map(|t| seconds(t, *first)),
             Kind::Numbers => numbers.number(field, line)?,
@@ -195,9 +199,10 @@ impl<'a> Column<'a> {
             Some(value) => self.values.push(value),
             None => {
                 let text = shorten(field);
-                self.kind = Kind::Text(match self.kind {
-                    Kind::Undecided => Unusable::Is(format!("text, such as '{text}' on line {line}")),
-                    _ => Unusable::At {
+                let is_first = matches!(self.kind, Kind::Undecided);
+                let why = match is_first {
+                    true => Unusable::Is(format!("text, such as '{text}' on line {line}")),
+                    false => Unusable::At {
                         line,
                         problem: LineProblem::NotANumber {
                             column: self.name.clone(),
@@ -205,7 +210,9 @@ impl<'a> Column<'a> {
                             text,
                         },
                     },
-                });
+                };
+                let looks_like_stamp = is_first && stamps::look_like(field);
+                self.kind = Kind::Text { why, looks_like_stamp };
                 self.values = Vec::new();
             }
         }
@@ -213,11 +220,23 @@ impl<'a> Column<'a> {
     }
 
     /// Why the column cannot serve as a signal, if so.
-    pub(super) fn unusable(&self) -> Option<&Unusable> {
+    pub(super) fn unusable(&self) -> Option<Unusable> {
         match &self.kind {
-            Kind::Text(unusable) => Some(unusable),
+            Kind::Text { why, .. } => Some(why.clone()),
+            Kind::Undecided if !self.values.is_empty() => Some(Unusable::Is("empty".to_owned())),
             _ => None,
         }
+    }
+
+    /// Whether it is text that looks like time stamps of another format.
+    pub(super) fn looks_like_stamps(&self) -> bool {
+        matches!(
+            self.kind,
+            Kind::Text {
+                looks_like_stamp: true,
+                ..
+            }
+        )
     }
 
     /// Of time stamps, what their seconds count from: in ns, and as it is written.

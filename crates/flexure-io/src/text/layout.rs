@@ -22,6 +22,12 @@ const LINES: usize = 20;
 const SEARCHED_LINES: usize = 100;
 const TABLE_LINES: usize = 3;
 
+/// The most lines of a header and units.
+const HEADINGS: usize = 2;
+
+/// What a packed file begins with, such as a workbook.
+const PACKED: &[u8] = b"PK\x03\x04";
+
 /// What a column without a name is called that counts the rows, as pandas writes its index.
 pub(crate) const INDEX: &str = "index";
 
@@ -56,8 +62,18 @@ impl Layout {
     pub(super) fn of(head: &[u8], options: &ReadOptions) -> Result<Option<Self>, Problem> {
         let lines = first_lines(head, options.skip, LINES);
         let Some(first) = lines.first() else { return Ok(None) };
-        if first.bytes.starts_with(b"\xff\xfe") || first.bytes.starts_with(b"\xfe\xff") || first.bytes.contains(&0) {
-            return Err((first.number, LineProblem::NotUtf8));
+        if first.bytes.starts_with(PACKED)
+            || first.bytes.starts_with(b"\xff\xfe")
+            || first.bytes.starts_with(b"\xfe\xff")
+            || first.bytes.contains(&0)
+        {
+            let is_packed = first.bytes.starts_with(PACKED);
+            let problem = if is_packed {
+                LineProblem::Packed
+            } else {
+                LineProblem::NotUtf8
+            };
+            return Err((first.number, problem));
         }
         let separator = match options.separator {
             Some(' ') => None,
@@ -111,7 +127,8 @@ impl Layout {
         if has_units(&rows, options) {
             layout.heading_lines = 2;
             for (unit, field) in layout.units.iter_mut().zip(&rows[1]) {
-                *unit = unit_text(field).or(unit.take());
+                let is_text = !columns::is_readable(field, options);
+                *unit = unit_text(field).filter(|_| is_text).or(unit.take());
             }
             layout.note(format!("line {} has the columns' units", lines[1].number));
         }
@@ -188,7 +205,7 @@ fn first_lines(head: &[u8], skip: u64, count: usize) -> Vec<Line> {
 }
 
 /// The line on which the table seems to begin where other lines precede it: the first line has another number of fields; from the table's
-/// on all lines have equally many, and numbers among them.
+/// on all lines have equally many, and numbers in the same columns, but for a header and a line of units.
 fn table_below(head: &[u8], options: &ReadOptions) -> Option<u64> {
     let lines = first_lines(head, options.skip, SEARCHED_LINES);
     let found = [b',', b';', b'\t']
@@ -200,9 +217,20 @@ fn table_below(head: &[u8], options: &ReadOptions) -> Option<u64> {
             let last = rows.last().filter(|_| rows.len() == lines.len())?;
             let others = rows.iter().rposition(|row| row.len() != last.len())?;
             let is_number = |field: &String| columns::readable_number(field, options).is_some();
-            let has_lines_before = rows[0].len() != last.len() && rows.len() > others + TABLE_LINES;
-            (has_lines_before && last.len() > 1 && last.iter().any(is_number))
-                .then(|| (last.len(), lines[others + 1].number))
+            let numbers: Vec<usize> = (0..last.len()).filter(|&i| is_number(&last[i])).collect();
+            let is_sample = |row: &Vec<String>| numbers.iter().all(|&i| columns::is_readable(&row[i], options));
+            let is_heading = |row: &Vec<String>| numbers.iter().all(|&i| !columns::is_readable(&row[i], options));
+            let block = &rows[others + 1..];
+            let samples = block.iter().rposition(|row| !is_sample(row)).map_or(0, |i| i + 1);
+            let headings = block[..samples]
+                .iter()
+                .rev()
+                .take(HEADINGS)
+                .take_while(|row| is_heading(row))
+                .count();
+            let has_lines_before = rows[0].len() != last.len() && block.len() - samples + headings >= TABLE_LINES;
+            (has_lines_before && last.len() > 1 && !numbers.is_empty())
+                .then(|| (last.len(), lines[others + 1 + samples - headings].number))
         });
     found.max_by_key(|(width, _)| *width).map(|(_, line)| line)
 }
@@ -273,8 +301,9 @@ fn has_header(rows: &[Vec<String>], options: &ReadOptions) -> Result<bool, LineP
         return Ok(true);
     }
     // A text above a number can only be a name.
+    let is_number = |field: &String| readable(field) && !columns::is_missing(field);
     let above_number =
-        |(i, field): (usize, &String)| is_text(field) && rows[1..].iter().any(|row| row.get(i).is_some_and(readable));
+        |(i, field): (usize, &String)| is_text(field) && rows[1..].iter().any(|row| row.get(i).is_some_and(is_number));
     if first.iter().enumerate().any(above_number) {
         return Ok(true);
     }
@@ -291,8 +320,11 @@ fn could_be_name(field: &str) -> bool {
 fn has_units(rows: &[Vec<String>], options: &ReadOptions) -> bool {
     let [_, second, third, ..] = rows else { return false };
     let is_text = |field: &String| !columns::is_readable(field, options);
+    // Some instruments write a setting there, into a column without samples.
+    let is_setting = |i: usize| rows[2..].iter().all(|row| row.get(i).is_none_or(String::is_empty));
+    let is_unit = |(i, field): (usize, &String)| is_text(field) || could_be_name(field) || is_setting(i);
     second.iter().any(is_text)
-        && second.iter().all(|field| is_text(field) || could_be_name(field))
+        && second.iter().enumerate().all(is_unit)
         && second
             .iter()
             .zip(third)

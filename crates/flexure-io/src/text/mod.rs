@@ -22,6 +22,7 @@ use columns::{Column, Numbers};
 pub(crate) use layout::INDEX;
 use layout::Layout;
 use lines::Lines;
+pub(crate) use stamps::with_fraction;
 
 /// Bytes at the beginning of a file that decide how it is laid out; more where the first line is longer.
 const HEAD: u64 = 1 << 18;
@@ -164,14 +165,14 @@ fn read_row<'a>(
 fn assemble(path: &Path, layout: Layout, columns: Vec<Column>) -> Result<RecordFile> {
     let mut signals = Vec::new();
     let mut units = Vec::new();
-    let (mut origins, mut others) = (Vec::new(), Vec::new());
+    let (mut origins, mut others, mut stamps) = (Vec::new(), Vec::new(), Vec::new());
     let mut notes = layout.notes;
     for (column, unit) in columns.into_iter().zip(layout.units) {
         if let Some(why) = column.unusable() {
-            others.push(Other {
-                why: why.clone(),
-                name: column.name,
-            });
+            if column.looks_like_stamps() || is_time(&column.name) {
+                stamps.push(others.len());
+            }
+            others.push(Other { why, name: column.name });
             continue;
         }
         let stamps = column.origin().map(|(instant, origin)| {
@@ -189,7 +190,7 @@ fn assemble(path: &Path, layout: Layout, columns: Vec<Column>) -> Result<RecordF
     if record.is_empty() {
         return Err(others[0].error(path));
     }
-    notes.extend(left_out(&others));
+    notes.extend(left_out(&others, &stamps));
     Ok(RecordFile {
         units,
         notes,
@@ -199,22 +200,24 @@ fn assemble(path: &Path, layout: Layout, columns: Vec<Column>) -> Result<RecordF
     })
 }
 
-/// The columns of text, as a sentence; a column of instants among them first. One with some numbers is told where it is used, and by a look.
-fn left_out(others: &[Other]) -> Option<String> {
+/// The columns that are no signals, as a sentence; the first of the `stamps`, which may be instants, before all others. One with some
+/// numbers is told where it is used, and by a look.
+fn left_out(others: &[Other], stamps: &[usize]) -> Option<String> {
+    let instants = stamps.first().map(|&i| &others[i]);
     let others: Vec<&Other> = others
         .iter()
         .filter(|other| other.is_text() || is_time(&other.name))
         .collect();
-    let first = others.iter().find(|other| is_time(&other.name)).or(others.first())?;
+    let first = instants.or(others.first().copied())?;
     let name = &first.name;
     let which = match others.len() {
         1 => format!("column '{name}' is left out"),
-        2 => format!("column '{name}' and another one of text are left out"),
-        count => format!("column '{name}' and {} others of text are left out", count - 1),
+        2 => format!("column '{name}' and another one are left out"),
+        count => format!("column '{name}' and {} others are left out", count - 1),
     };
     let reason = format!("{which}: {first}");
-    let remedy = match is_time(&first.name) {
-        true => " (--time-format says how time stamps are written)",
+    let remedy = match instants.is_some() && first.is_text() {
+        true => " (--time-format says how time stamps are written, as in \"%d.%m.%Y %H:%M:%S%.f\")",
         false => "",
     };
     Some(reason + remedy)

@@ -16,6 +16,36 @@ const FORMATS: [&str; 10] = [
     "%H:%M",
 ];
 
+/// What stands for the format of durations: `0 days 00:00:01.5`, as pandas writes them, and `1.5 sec`, as MATLAB does.
+const DURATION: &str = "duration";
+
+/// Whether a text looks like a time stamp: numbers, three of them at least, with what stands between and around them in stamps.
+pub(super) fn look_like(field: &str) -> bool {
+    let between = |c: char| "/.-:, TZ+".contains(c) || "APMapm".contains(c);
+    let numbers = field
+        .split(|c: char| !c.is_ascii_digit())
+        .filter(|part| !part.is_empty());
+    field.chars().all(|c| c.is_ascii_digit() || between(c)) && numbers.count() >= 3
+}
+
+/// The format in which chrono reads a fraction of a second behind a comma or a point: its `%f` alone counts nanoseconds.
+pub(crate) fn with_fraction(format: &str) -> String {
+    format.replace(",%f", "%.f").replace(".%f", "%.f")
+}
+
+/// A duration in ns.
+fn duration(field: &str) -> Option<i64> {
+    if let Some(number) = field.strip_suffix(" sec") {
+        let seconds: f64 = number.parse().ok().filter(|s: &f64| s.abs() < 1e9)?;
+        return Some((seconds * 1e9).round() as i64);
+    }
+    let (days, time) = field.split_once(" days ")?;
+    let days: i64 = days.parse().ok()?;
+    let time = NaiveTime::parse_from_str(time, "%H:%M:%S%.f").ok()?;
+    let time = time.signed_duration_since(NaiveTime::MIN).num_nanoseconds()?;
+    days.checked_mul(86_400_000_000_000)?.checked_add(time)
+}
+
 /// The format of a column of time stamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Stamps<'a> {
@@ -32,19 +62,22 @@ impl<'a> Stamps<'a> {
         if let Some(format) = given {
             return of(format);
         }
-        if !field.starts_with(|c: char| c.is_ascii_digit()) || !field[1..].contains([':', '-', 'T']) {
+        if !field.starts_with(|c: char| c.is_ascii_digit()) || !field[1..].contains([':', '-', 'T', ' ']) {
             return None;
         }
-        FORMATS.into_iter().find_map(of)
+        FORMATS.into_iter().chain([DURATION]).find_map(of)
     }
 
     /// The instant in ns since an origin that all stamps of one format share.
     pub(super) fn nanoseconds(self, field: &str) -> Option<i64> {
         let format = self.format;
-        // ISO 8601 has a comma or a point before the fraction of a second.
-        let field = match FORMATS.contains(&format) {
-            true => &field.replacen(',', ".", 1),
-            false => field,
+        if format == DURATION {
+            return duration(field);
+        }
+        // A comma or a point may stand before the fraction of a second, which comes last but for a zone.
+        let field = match (format.contains("%.f"), field.rfind(',')) {
+            (true, Some(comma)) => &format!("{}.{}", &field[..comma], &field[comma + 1..]),
+            _ => field,
         };
         if let Ok(instant) = DateTime::parse_from_str(&field.replacen('Z', "+00:00", 1), format) {
             return instant.timestamp_nanos_opt();
@@ -91,7 +124,22 @@ mod tests {
         for field in ["01/02/2024 10:00:00", "1.5", "-3", "5e-3", "idle", "2024-13-01", ""] {
             assert_eq!(instant(field), None, "{field}");
         }
-        let given = Stamps::of("01.05.2024 10:00:00,1", Some("%d.%m.%Y %H:%M:%S,%f"));
-        assert!(given.is_some());
+        for format in ["%d.%m.%Y %H:%M:%S,%f", "%d.%m.%Y %H:%M:%S.%f", "%d.%m.%Y %H:%M:%S%.f"] {
+            for field in ["01.05.2024 10:00:00,1", "01.05.2024 10:00:00.100"] {
+                let given = Stamps::of(field, Some(&with_fraction(format)));
+                assert_eq!(given.map(|g| g.1), Some(tenth), "{field} {format}");
+            }
+        }
+        let tenth = 100_000_000;
+        for (field, expected) in [
+            ("0 days 00:00:00.100000", tenth),
+            ("2 days 00:00:00", 172_800_000_000_000),
+            ("0.1 sec", tenth),
+        ] {
+            assert_eq!(instant(field), Some(expected), "{field}");
+        }
+        for field in ["1 day", "x sec", "1e300 sec", "0 days 25:00:00"] {
+            assert_eq!(instant(field), None, "{field}");
+        }
     }
 }

@@ -40,6 +40,7 @@ pub fn full() -> Page {
             text: "On 2000 fresh samples the model predicts the elbow’s rate in free run with a fit of ".to_owned()
                 + &format!("{:.1} %", prediction.fit_percent)
                 + ", and neither residual test found anything that it missed.",
+            details: Vec::new(),
         },
         facts: vec![
             fact(
@@ -151,9 +152,10 @@ pub fn bare() -> Page {
     page.verdict = Verdict {
         headline: "The model does not hold on fresh data".into(),
         holds: false,
-        text: "The whiteness test refutes it: the residual predicts itself (p < 0.001). A static nonlinearity before \
+        text: "The whiteness test refutes it: the residual predicts itself (p < 1e-6). A static nonlinearity before \
                 linear dynamics is not enough for this record."
             .into(),
+        details: Vec::new(),
     };
     page.warnings = vec![
         "No sample time was given: frequencies are in cycles a sample.".into(),

@@ -342,7 +342,7 @@ fn verdicts_are_sentences() {
     assert!(holds.contains("The model holds on fresh data") && holds.contains("✓ passed"));
     let fails = page_text(&html(&pages::bare()));
     assert!(fails.contains("The model does not hold on fresh data") && fails.contains("✗ failed"));
-    assert!(fails.contains("&lt; 0.001"), "a p-value of 0 is not shown as such");
+    assert!(fails.contains("&lt; 10⁻⁶"), "a p-value of 0 is not shown as such");
 }
 
 /// The error that a change of the full page leads to.

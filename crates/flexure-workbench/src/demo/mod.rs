@@ -38,7 +38,7 @@ fn beside_friction(friction: &Friction, identified: &Identified) -> Result<Decor
     Ok(Decoration {
         truth: Some(Truth {
             phi: Box::new(aligned_velocity(nonlinearity(identified)?, *friction)),
-            label: "steady velocity under the simulated friction (12), scaled and shifted onto the estimate".to_owned(),
+            label: "steady velocity under the simulated friction, scaled and shifted onto the estimate".to_owned(),
         }),
         remark: (!identified.result.verdict.holds()).then(|| remark.to_owned()),
         ..Decoration::default()

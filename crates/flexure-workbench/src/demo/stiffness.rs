@@ -194,7 +194,7 @@ fn page(log: &Record, one: &Deflection, two: &BothAngles, kappa: &Stiffness, com
     let percent = |share: f64| format!("{:.2} %", 100.0 * share);
     let with_truth = |curve: Nonlinearity| Nonlinearity {
         truth: curve.x.iter().map(|&d| kappa.torque(d)).collect(),
-        truth_label: "true stiffness (10)-(11)".to_owned(),
+        truth_label: "stiffness in the simulation".to_owned(),
         ..curve
     };
     let covers = format!("covers {:.0} %", 100.0 * one.covered);

@@ -141,7 +141,7 @@ fn deflection(steps: &Steps, command: &str) -> Result<View> {
         command: Some(command.to_owned()),
         truth: Some(Truth {
             phi: Box::new(phi),
-            label: "simulated stiffness torque (10)-(11) over g6, not aligned".to_owned(),
+            label: "simulated stiffness torque over g6, not aligned".to_owned(),
         }),
         remark: Some(format!("The pole is {nearest:.5}; exp(-g6 T / M) is {pole:.5}.")),
         ..Decoration::default()

@@ -162,7 +162,7 @@ pub fn rigid(axis: &RigidAxis, prismatic: bool, log: &Log, place: Place) -> Resu
     };
     let possible = axis.friction.forms.iter().filter(smooth);
     let Some(form) = possible.min_by(|a, b| a.bic.total_cmp(&b.bic)) else {
-        bail!("an arm file has friction (12) only, of which no form with positive factors fits this axis");
+        bail!("an arm file has smooth friction only, of which no form with positive factors fits this axis");
     };
     let g = ["g1", "g2", "g3", "g4", "g5", "g6"].map(|g| form.parameter(g).map_or(0.0, |p| p.value));
     let joint = JointParameters {

@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 
 use super::arm_file::{self, Place, StartedArm};
 use super::text::{
-    Outcome, Units, estimate, fitted_json, inertia_json, inertia_text, lack_text, nearness, range_text, titled,
-    with_error, write_findings, write_others, write_parameters,
+    Outcome, Units, estimate, fitted_json, formula, inertia_json, inertia_text, lack_text, nearness, range_text,
+    titled, with_error, write_findings, write_others, write_parameters,
 };
 use super::{Curves, Joint, Log, Motion, curve_json, curve_record, page, simulation};
 use crate::lines::Lines;
@@ -51,7 +51,7 @@ impl Joint for Flexible {
         let (axis, log) = (&self.axis, &self.log);
         let mut lines = Lines::new();
         let inertia = format!("link inertia {}", inertia_text(axis.link.inertia, &Units::of(false)));
-        Outcome::new(motions, [&axis.model.friction]).write_headline("Flexible joint", &inertia, &mut lines);
+        Outcome::new(motions, [forms(axis)]).write_headline("Flexible joint", &inertia, &mut lines);
         lines.item("log", format!("{} samples of {}", log.samples(), log.name));
         write_axis(axis, "link inertia", motions.first(), "torque", &mut lines);
         lines
@@ -131,6 +131,13 @@ pub fn curves(axis: &FlexibleAxis) -> flexure::Result<Curves> {
     })
 }
 
+/// The forms of a joint's model, the friction at the link last.
+pub fn forms(axis: &FlexibleAxis) -> Vec<&Fitted> {
+    let model = &axis.model;
+    let others = std::iter::once(&model.stiffness).chain(&model.motor_friction);
+    others.chain([&model.friction]).collect()
+}
+
 /// The form of the friction at the motor, with its place.
 pub fn at_motor(axis: &FlexibleAxis) -> Option<(&Fitted, &'static str)> {
     axis.model.motor_friction.as_ref().map(|form| (form, ", at the motor"))
@@ -178,7 +185,10 @@ pub fn write_axis(axis: &FlexibleAxis, link: &str, motion: Option<&Motion>, torq
     lines.sentence(format!("Both forms together: {}", lack_text(friction)));
     for (form, place) in [(stiffness, ""), (friction, "")].into_iter().chain(at_motor(axis)) {
         lines.sentence(format!("{}{place}", titled(form)));
-        lines.deeper(|lines| write_parameters(form, &units, lines));
+        lines.deeper(|lines| {
+            lines.item("formula", formula(form));
+            write_parameters(form, &units, lines);
+        });
     }
     let of_motor = axis.motor_friction.iter().map(|curve| ("friction at the motor", curve));
     let curves = [("stiffness", &axis.stiffness), ("friction", &axis.link.friction)];

@@ -8,9 +8,9 @@ use flexure_report::data::{
     Axis, Comparison, Fact, JointCurve, JointPage, Nonlinearity, ParameterTable, Prediction, Scatter,
 };
 
-use super::flexible::at_motor;
+use super::flexible::{at_motor, forms};
 use super::simulation::Fit;
-use super::text::{Constant, Outcome, Units, constants, inertia_text, lack_text, parameter_rows, titled};
+use super::text::{Constant, Outcome, Units, constants, formula, inertia_text, lack_text, parameter_rows, titled};
 use super::{Log, Motion};
 use crate::plots::{banded, median};
 use crate::text::{capitalised, decimal, number};
@@ -34,7 +34,7 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, motions: &[Motion]) -> 
     JointPage {
         title: "A rigid axis".to_owned(),
         subtitle: subtitle("Friction and inertia", log),
-        verdict: Some(Outcome::new(motions, [best]).verdict()),
+        verdict: Some(Outcome::new(motions, [vec![best]]).verdict()),
         facts: vec![
             inertia("Inertia", axis.inertia, units.inertia()),
             Fact::new("Distance of the best form", distance, from),
@@ -63,7 +63,7 @@ pub fn flexible(axis: &FlexibleAxis, log: &Log, motions: &[Motion]) -> JointPage
     JointPage {
         title: "A flexible joint".to_owned(),
         subtitle: subtitle("Friction, stiffness and inertia", log),
-        verdict: Some(Outcome::new(motions, [&axis.model.friction]).verdict()),
+        verdict: Some(Outcome::new(motions, [forms(axis)]).verdict()),
         facts: vec![
             inertia("Motor inertia", axis.motor_inertia, "kg m^2"),
             inertia("Link inertia", axis.link.inertia, "kg m^2"),
@@ -88,7 +88,7 @@ pub fn two_link(arm: &TwoLinkArm, log: &Log, motions: &[Motion]) -> JointPage {
     let mut page = JointPage {
         title: "A two-link arm".to_owned(),
         subtitle: subtitle("Friction, stiffness and inertia of both joints", log),
-        verdict: Some(Outcome::new(motions, arm.joints.iter().map(|axis| &axis.model.friction)).verdict()),
+        verdict: Some(Outcome::new(motions, arm.joints.iter().map(forms)).verdict()),
         facts: constants(arm).into_iter().map(constant).collect(),
         ..JointPage::default()
     };
@@ -278,7 +278,7 @@ fn without_wide_band(mut curve: Nonlinearity) -> Nonlinearity {
 }
 
 fn table(form: &Fitted, units: &Units) -> ParameterTable {
-    let mut rows: Vec<[String; 2]> = Vec::new();
+    let mut rows = vec![["formula".to_owned(), typeset(&formula(form))]];
     if form.inertia.value.is_finite() {
         rows.push(["inertia".to_owned(), typeset(&inertia_text(form.inertia, units))]);
     }

@@ -86,7 +86,7 @@ impl Joint for Rigid {
         let best = axis.friction.best();
         let inertia = inertia_text(axis.inertia, &units);
         let mut lines = Lines::new();
-        Outcome::new(motions, [best]).write_headline("Rigid axis", &format!("inertia {inertia}"), &mut lines);
+        Outcome::new(motions, [vec![best]]).write_headline("Rigid axis", &format!("inertia {inertia}"), &mut lines);
         lines.item("log", format!("{} samples of {}", log.samples(), log.name));
         lines.item("inertia", format!("{inertia}, beside the free friction curve"));
         let velocity = format!("{}/s", units.position);

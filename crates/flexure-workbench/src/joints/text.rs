@@ -124,10 +124,20 @@ pub fn titled(form: &Fitted) -> String {
     capitalised(form.form.title())
 }
 
-/// The best form for reading: how near it is to the free curve, then an item a parameter.
+/// The formula of a form, with the offset that a smooth form of friction may have.
+pub fn formula(form: &Fitted) -> String {
+    let (formula, offset) = (form.form.formula(), "F0");
+    match form.parameters.iter().any(|p| p.symbol == offset) && !formula.contains(offset) {
+        true => format!("{formula} + {offset}"),
+        false => formula.to_owned(),
+    }
+}
+
+/// The best form for reading: how near it is to the free curve, then its formula and an item a parameter.
 pub fn write_form(form: &Fitted, units: &Units, lines: &mut Lines) {
     lines.sentence(format!("{}, smallest BIC: {}", titled(form), lack_text(form)));
     lines.deeper(|lines| {
+        lines.item("formula", formula(form));
         if form.inertia.value.is_finite() {
             lines.item("M", inertia_text(form.inertia, units));
         }
@@ -234,8 +244,8 @@ pub fn range_text(band: &Band, unit: &str) -> String {
 pub struct Outcome<'a> {
     /// What drove its simulated motions, and how near they are, percent; empty where none could be simulated.
     fits: Vec<(&'static str, f64)>,
-    /// A form of friction for every axis.
-    frictions: Vec<&'a Fitted>,
+    /// The forms of every joint, the friction last; the test of that is the test of all of them together.
+    joints: Vec<Vec<&'a Fitted>>,
 }
 
 /// What is wrong with it, the worst first.
@@ -248,12 +258,19 @@ enum Fault {
 }
 
 impl<'a> Outcome<'a> {
-    /// Of simulated motions, and of a form of friction for every axis.
-    pub fn new(motions: &[Motion], frictions: impl IntoIterator<Item = &'a Fitted>) -> Self {
+    /// Of simulated motions, and of the forms of every joint, the friction last.
+    pub fn new(motions: &[Motion], joints: impl IntoIterator<Item = Vec<&'a Fitted>>) -> Self {
         Outcome {
             fits: motions.iter().map(|m| (m.drive, m.fit.percent)).collect(),
-            frictions: frictions.into_iter().collect(),
+            joints: joints.into_iter().collect(),
         }
+    }
+
+    fn is_refuted(&self) -> bool {
+        self.joints
+            .iter()
+            .filter_map(|forms| forms.last())
+            .any(|form| is_refuted(form))
     }
 
     fn fault(&self) -> Option<Fault> {
@@ -262,7 +279,7 @@ impl<'a> Outcome<'a> {
             true => Some(Fault::NotSimulated),
             false if below(RUN_AWAY) => Some(Fault::RunsAway),
             false if below(POOR) => Some(Fault::PoorMotion),
-            false if self.frictions.iter().any(|form| is_refuted(form)) => Some(Fault::RefutedForm),
+            false if self.is_refuted() => Some(Fault::RefutedForm),
             false => None,
         }
     }
@@ -301,12 +318,17 @@ impl<'a> Outcome<'a> {
     /// The same as the verdict of its page.
     pub fn verdict(&self) -> Verdict {
         let fault = self.fault();
+        let has_stiffness = self.joints.iter().any(|forms| forms.len() > 1);
+        let forms = match has_stiffness {
+            true => "the forms of stiffness and friction",
+            false => "the form of the friction",
+        };
         let headline = match fault {
-            Some(Fault::RunsAway) => "The simulated motion runs away",
-            Some(Fault::NotSimulated) => "No motion can be simulated with what was found",
-            Some(Fault::PoorMotion) => "The simulated motion is far from the measured one",
-            Some(Fault::RefutedForm) => "The free curve refutes the form of the friction",
-            None => "Nothing refutes the form of the friction",
+            Some(Fault::RunsAway) => "The simulated motion runs away".to_owned(),
+            Some(Fault::NotSimulated) => "No motion can be simulated with what was found".to_owned(),
+            Some(Fault::PoorMotion) => "The simulated motion is far from the measured one".to_owned(),
+            Some(Fault::RefutedForm) => format!("The free curves refute {forms}"),
+            None => format!("Nothing refutes {forms}"),
         };
         let motion = match fault {
             Some(Fault::RunsAway) => {
@@ -318,23 +340,23 @@ impl<'a> Outcome<'a> {
             }
             _ => capitalised(&self.motion()),
         };
-        let several = self.frictions.len() > 1;
-        let form = |(i, form): (usize, &&Fitted)| {
-            let joint = match several {
-                true => format!("Joint {}: ", i + 1),
-                false => String::new(),
-            };
-            format!("{joint}{}: {}", titled(form), lack_text(form))
-        };
-        let refuted = self.frictions.iter().any(|form| is_refuted(form));
         let usable = matches!(fault, Some(Fault::RefutedForm | Fault::PoorMotion));
-        let advice = (refuted && usable).then(|| "Where that matters, use the curve instead of the form".to_owned());
-        let forms = self.frictions.iter().enumerate().map(form);
-        let sentences = [motion].into_iter().chain(forms).chain(advice);
+        let advice = (self.is_refuted() && usable).then(|| "Where that matters, use the curves".to_owned());
+        let of = |(i, forms): (usize, &Vec<&Fitted>)| {
+            let joint = match self.joints.len() {
+                1 => String::new(),
+                _ => format!("Joint {}: ", i + 1),
+            };
+            let titles: Vec<&str> = forms.iter().map(|form| form.form.title()).collect();
+            let lack = forms.last().map_or(String::new(), |form| lack_text(form));
+            capitalised(&format!("{joint}{}: {lack}", titles.join("; ")))
+        };
+        let sentences = [motion].into_iter().chain(advice);
         Verdict {
-            headline: headline.to_owned(),
+            headline,
             holds: fault.is_none(),
             text: sentences.map(|sentence| sentence + ".").collect::<Vec<_>>().join(" "),
+            details: self.joints.iter().enumerate().map(of).collect(),
         }
     }
 }

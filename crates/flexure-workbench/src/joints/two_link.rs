@@ -6,7 +6,7 @@ use flexure_report::data::JointPage;
 use serde_json::{Value, json};
 
 use super::arm_file::{self, Place, StartedArm};
-use super::flexible::{axis_json, curves, write_axis};
+use super::flexible::{axis_json, curves, forms, write_axis};
 use super::text::{Constant, Outcome, constants, with_error};
 use super::{Curves, Joint, Log, Motion, page, simulation};
 use crate::lines::Lines;
@@ -60,8 +60,7 @@ impl Joint for TwoLink {
         let log = &self.log;
         let mut lines = Lines::new();
         let elbow = format!("elbow's inertia {} kg m^2", with_error(self.arm.elbow));
-        let frictions = self.arm.joints.iter().map(|axis| &axis.model.friction);
-        Outcome::new(motions, frictions).write_headline("Two-link arm", &elbow, &mut lines);
+        Outcome::new(motions, self.arm.joints.iter().map(forms)).write_headline("Two-link arm", &elbow, &mut lines);
         lines.item("log", format!("{} samples of {}", log.samples(), log.name));
         for Constant { name, formula, value } in constants(&self.arm) {
             lines.item(name, format!("{} kg m^2, {formula}", with_error(value)));

@@ -103,8 +103,12 @@ impl Inspection<'_> {
         };
         match d.kind {
             Kind::Linear => format!(
-                "{follows}; {} of its power is coherent ({})",
+                "{follows}; {} of {} is coherent ({})",
                 percent(d.coherent),
+                match d.direction {
+                    Direction::Forward => "its power".to_owned(),
+                    Direction::AtOnce | Direction::Both => format!("the power of '{effect}'"),
+                },
                 p_value(d.p_value)
             ),
             Kind::Square => format!(

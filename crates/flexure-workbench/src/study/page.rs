@@ -36,6 +36,7 @@ pub fn page(outcome: &Outcome, command: String) -> StudyPage {
             headline: headline.to_owned(),
             holds: outcome.agrees,
             text: outcome.sentence(),
+            details: Vec::new(),
         },
         facts: vec![
             Fact::new(

@@ -43,15 +43,15 @@ pub struct Compared {
 }
 
 impl Compared {
-    /// Runs every model under the record's inputs. The first `skip` samples count for none of them; by default as many as the slowest
-    /// model takes to settle, at most a tenth of the record.
+    /// Runs every model under the record's inputs. The first samples count for none of them: as many as `judging` skips, by default as many
+    /// as the slowest model takes to settle, at most a tenth of the record.
     ///
     /// # Errors
     /// As [`Judged::new`].
-    pub fn new(contenders: Vec<Contender>, file: &RecordFile, skip: Option<usize>) -> Result<Self> {
+    pub fn new(contenders: Vec<Contender>, file: &RecordFile, judging: Judging) -> Result<Self> {
         let samples = file.record.len();
         let usual = contenders.iter().map(|c| usual_skip(&c.model, samples)).max();
-        let skip = skip.or(usual).unwrap_or(0);
+        let skip = judging.skip.or(usual).unwrap_or(0);
         let judge = |contender: Contender| -> Result<Outcome> {
             let inputs: Vec<&str> = contender.inputs.iter().map(String::as_str).collect();
             let output = contender.output.as_str();
@@ -61,7 +61,7 @@ impl Compared {
             };
             let judging = Judging {
                 skip: Some(skip),
-                ..Judging::default()
+                ..judging
             };
             let judged =
                 Judged::new(&contender.model, file, columns, judging).with_context(|| contender.name.clone())?;
@@ -202,7 +202,7 @@ impl Outcome {
             prediction: Prediction {
                 y_label: Labels::new(file).of(output),
                 time: Axis::of_samples(model.sample_time, skip),
-                measured: file.finite(output)?[skip..].to_vec(),
+                measured: file.column(output)?[skip..].to_vec(),
                 predicted: self.judged.free.output[skip..].to_vec(),
                 fit_percent: measures.fit_percent,
                 rms: measures.rms,

@@ -1,5 +1,7 @@
 //! An identified system as a model file.
 
+use std::collections::BTreeMap;
+
 use flexure::identify::result::{NamedBlock, Path};
 use flexure_io::{BlockLabel, ModelFile, ModelPath};
 
@@ -26,6 +28,8 @@ impl Identified {
             settling: Some(result.model.settling(SETTLED)),
             noise_model: result.noise_model.clone(),
             estimated: result.verdict.estimated,
+            reading: BTreeMap::new(),
+            missing: self.missing,
             records: self.records.clone(),
             identification: findings(self, |detail| detail.saved),
         }

@@ -92,8 +92,13 @@ impl Identified {
             BlockKind::Static(own) => lines.item(&title, &*own.description),
             BlockKind::Feedback(own) => {
                 lines.item(&title, &*own.nonlinearity.description);
-                for part in own.linear_parts() {
-                    self.write_linear(&uncapitalised(part.title), &part.block, lines);
+                let parts = own.linear_parts();
+                for (i, part) in parts.iter().enumerate() {
+                    let title = uncapitalised(part.title);
+                    match parts[..i].iter().find(|p| p.block.system == part.block.system) {
+                        Some(same) => lines.item(&title, format!("the same as {}", uncapitalised(same.title))),
+                        None => self.write_linear(&title, &part.block, lines),
+                    }
                 }
             }
             BlockKind::Linear(own) => self.write_linear(&title, own, lines),

@@ -29,6 +29,8 @@ pub struct Identified {
     pub sample_time: Option<f64>,
     /// Whether its record is another one than it was identified from: then all samples behind the first are judged, and none was fitted.
     pub is_other_record: bool,
+    /// Whether outputs could be missing in its record.
+    pub missing: bool,
     /// The units of its record's columns.
     pub labels: Labels,
     /// The records that it was identified from, one an experiment.
@@ -86,6 +88,7 @@ impl Task {
             result,
             sample_time,
             is_other_record: false,
+            missing: self.skips_missing(),
             labels: Labels::new(file),
             records: marks.collect::<flexure::Result<_>>()?,
             periodic: None,

@@ -79,6 +79,7 @@ impl Identified {
                 headline: result.verdict.headline().to_owned(),
                 holds: result.verdict.holds(),
                 text: sentences.collect::<Vec<_>>().join(" "),
+                details: Vec::new(),
             },
             facts: choices::facts(self),
             diagram: Some(diagram::diagram(result, &self.labels)),

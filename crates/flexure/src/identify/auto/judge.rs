@@ -1,10 +1,11 @@
 //! Which of the candidates the fresh samples support: tests and comparisons, no fits.
 
-use super::limits::{AS_GOOD, CUT};
+use super::limits::{AS_GOOD, CUT, GENERAL};
 use super::remainder::explained;
 use super::symptoms::{Symptom, symptoms};
 use super::{Refutation, complexity};
 use crate::identify::outcome::Verdict;
+use crate::identify::request::Structure;
 use crate::identify::result::StructureName;
 use crate::linear::correlation::mean;
 use crate::quantiles::NORMAL_MAD;
@@ -38,10 +39,26 @@ impl<'a> Judged<'a> {
         tests.filter(|t| t.kind.refutes() && !t.passed()).copied().collect()
     }
 
+    /// The RMS of the fresh errors.
+    pub fn error(&self) -> f64 {
+        self.verdict.measures.rms
+    }
+
+    /// Whether the candidate is simpler than a structure, which need not be fitted then: the candidate leaves white noise, or the structure
+    /// is a general one, and the candidate holds and has the `least` error of all.
+    ///
+    /// A simple candidate holds here only where no test refutes it: a general structure may explain even a negligible misfit.
+    pub fn suffices(&self, structure: &Structure, least: f64) -> bool {
+        let own = complexity(self.structure);
+        let holds = || self.verdict.holds() && (self.verdict.refutation().is_none() || own >= Some(GENERAL));
+        let is_enough = || structure.complexity >= Some(GENERAL) && holds() && self.error() <= least;
+        own < structure.complexity && (self.leaves_white_noise() || is_enough())
+    }
+
     /// Whether no test finds anything in the errors, not even a colour of their own.
     ///
     /// Each test asks at the level of 1 % here, whatever its share of the joint level: a fit too many costs time alone.
-    pub fn leaves_white_noise(&self) -> bool {
+    fn leaves_white_noise(&self) -> bool {
         let silent = |t: &ResidualTest| t.p_value >= LEVEL;
         let residuals = self.verdict.residuals.as_ref();
         self.verdict.measures.fit_percent > 0.0 && residuals.is_some_and(|r| r.tests.iter().all(silent))

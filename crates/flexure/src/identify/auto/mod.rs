@@ -16,7 +16,7 @@
 //!   hysteresis or a drift.
 //!
 //! Where a simple candidate leaves white noise, more complex ones are not fitted. A loop and parallel branches contain most others and
-//! take longest: they are fitted only where nothing simpler holds. Nothing here is random.
+//! take longest: they are fitted only where nothing simpler both holds and has the least error so far. Nothing here is random.
 //!
 //! Where no candidate holds, the result says what the error of the chosen one looks like: something in a loop, a drift in time,
 //! hysteresis, outliers.
@@ -41,7 +41,6 @@ use super::samples::Samples;
 use crate::error::{DataError, Error, Result};
 pub use comparison::{Refutation, StructureCandidate, StructureComparison};
 use judge::{Judged, judge};
-use limits::GENERAL;
 pub use symptoms::Symptom;
 
 /// The structures that are compared for so many inputs, simplest first.
@@ -83,26 +82,14 @@ pub const AUTO: Structure = Structure {
 fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
     let what = "a comparison of structures (besides the fresh part)";
     let samples = request.samples_at_least(what, FEWEST_SAMPLES)?;
-    let fresh = samples.fitted..samples.y.len();
     let options = Options::with_fresh_share(request.options.fresh_share);
     let request = Request::new(request.records, request.inputs, request.output, options);
     let mut fitted: Vec<Identification> = Vec::new();
     let mut not_fitted = NotFitted::default();
     for structure in compared_structures(request.inputs.len()) {
-        let leaves_white_noise = |i: &Identification| {
-            let (y, predicted) = (&samples.y[fresh.clone()], &i.predicted[fresh.clone()]);
-            Judged::new(i.structure, &i.verdict, y, predicted).leaves_white_noise()
-        };
-        let general = structure.complexity >= Some(GENERAL);
-        let holds = |i: &Identification| {
-            let exactly = i.verdict.refutation().is_none();
-            i.verdict.holds() && (exactly || complexity(i.structure) >= Some(GENERAL))
-        };
-        let error = |i: &Identification| i.verdict.measures.rms;
-        let least = fitted.iter().map(error).fold(f64::INFINITY, f64::min);
-        let suffices = |i: &Identification| leaves_white_noise(i) || general && holds(i) && error(i) <= least;
-        let simpler = |i: &&Identification| complexity(i.structure) < structure.complexity;
-        if fitted.iter().filter(simpler).any(suffices) {
+        let judged: Vec<Judged<'_>> = judged(&samples, &fitted);
+        let least = judged.iter().map(Judged::error).fold(f64::INFINITY, f64::min);
+        if judged.iter().any(|j| j.suffices(structure, least)) {
             not_fitted.superfluous.push(structure.name.title);
             continue;
         }
@@ -130,15 +117,17 @@ fn complexity(structure: StructureName) -> Option<usize> {
     Structure::by_name(structure.key).and_then(|s| s.complexity)
 }
 
+/// What was fitted, on the fresh samples.
+fn judged<'a>(samples: &Samples<'_>, fitted: &'a [Identification]) -> Vec<Judged<'a>> {
+    let y = &samples.y[samples.fitted..];
+    let of = |i: &'a Identification| Judged::new(i.structure, &i.verdict, y, &i.predicted[samples.fitted..]);
+    fitted.iter().map(of).collect()
+}
+
 /// The comparison of what was fitted.
 fn compared(samples: &Samples<'_>, mut fitted: Vec<Identification>, not_fitted: &NotFitted) -> Identification {
-    let fresh = samples.fitted..samples.y.len();
-    let u: Vec<&[f64]> = samples.u.iter().map(|u| &u[fresh.clone()]).collect();
-    let y = &samples.y[fresh.clone()];
-    let judged: Vec<Judged<'_>> = fitted
-        .iter()
-        .map(|i| Judged::new(i.structure, &i.verdict, y, &i.predicted[fresh.clone()]))
-        .collect();
+    let u: Vec<&[f64]> = samples.u.iter().map(|u| &u[samples.fitted..]).collect();
+    let judged = judged(samples, &fitted);
     let judgement = judge(&judged, &u);
     let candidates: Vec<StructureCandidate> = fitted
         .iter()

@@ -243,6 +243,19 @@ fn judged_with(errors: &[(StructureName, Vec<f64>)], u: &[f64]) -> (usize, Vec<u
 
 /// The same, with predictions of this size.
 fn judged_at(size: f64, errors: &[(StructureName, Vec<f64>)], u: &[f64]) -> (usize, Vec<usize>, bool, f64) {
+    with_judged(size, errors, u, |candidates| {
+        let j = judge(candidates, &[u]);
+        (j.chosen, j.ties, j.supported, j.not_noise)
+    })
+}
+
+/// The same candidates, before they are judged.
+fn with_judged<T>(
+    size: f64,
+    errors: &[(StructureName, Vec<f64>)],
+    u: &[f64],
+    then: impl FnOnce(&[Judged<'_>]) -> T,
+) -> T {
     let predicted: Vec<f64> = u.iter().map(|u| size * u).collect();
     let with = |e: &[f64]| predicted.iter().zip(e).map(|(p, e)| p + e).collect();
     let outputs: Vec<Vec<f64>> = errors.iter().map(|(_, e)| with(e)).collect();
@@ -253,8 +266,41 @@ fn judged_at(size: f64, errors: &[(StructureName, Vec<f64>)], u: &[f64]) -> (usi
     let candidates: Vec<Judged<'_>> = (0..errors.len())
         .map(|i| Judged::new(errors[i].0, &verdicts[i], &outputs[i], &predicted))
         .collect();
-    let j = judge(&candidates, &[u]);
-    (j.chosen, j.ties, j.supported, j.not_noise)
+    then(&candidates)
+}
+
+/// The structures that need not be fitted after a candidate of this name with these errors, where the least error so far is this
+/// share of its own.
+fn superfluous_after(candidate: &str, size: f64, errors: &[f64], u: &[f64], least: f64) -> Vec<&'static str> {
+    with_judged(size, &[(name(candidate), errors.to_vec())], u, |judged| {
+        let least = least * judged[0].error();
+        let not_needed = compared_structures(1)
+            .into_iter()
+            .filter(|s| judged[0].suffices(s, least));
+        not_needed.map(|s| s.name.key).collect()
+    })
+}
+
+#[test]
+fn a_general_structure_is_superfluous_only_where_a_simpler_one_holds_and_has_the_least_error() {
+    let (u, white) = (gaussian(2500, 10), gaussian(2500, 11));
+    let chains = ["wiener-hammerstein", "hammerstein-wiener"];
+    let general = ["feedback", "parallel"];
+    let after = |size: f64, errors: &[f64], least: f64| superfluous_after("hammerstein", size, errors, &u, least);
+    // White noise is all that can be left: everything more complex is superfluous, whatever else was fitted.
+    assert_eq!(after(10.0, &white, 0.5), [chains, general].concat());
+    // Of a small coloured error a chain may explain more; a loop need not be asked, unless something explained more already.
+    let coloured = filtered(&[1.0], &[1.0, -0.8], &white);
+    assert_eq!(after(100.0, &coloured, 1.0), general);
+    assert!(after(100.0, &coloured, 0.99).is_empty());
+    // What is large and coloured does not hold.
+    assert!(after(2.0, &coloured, 1.0).is_empty());
+    // A misfit that a test sees may be that of a loop, however small; after a loop it is enough.
+    let missed: Vec<f64> = u.iter().zip(&white).map(|(u, e)| e + 0.15 * (u * u - 1.0)).collect();
+    assert!(after(40.0, &missed, 1.0).is_empty());
+    assert_eq!(superfluous_after("feedback", 40.0, &missed, &u, 1.0), ["parallel"]);
+    assert!(superfluous_after("feedback", 40.0, &missed, &u, 0.99).is_empty());
+    assert!(superfluous_after("parallel", 10.0, &white, &u, 1.0).is_empty());
 }
 
 #[test]

@@ -198,7 +198,7 @@ fn candidate(
 
 /// Whether a real pole beyond `longest` has a zero of every input beyond it too. The two nearly cancel over the record: only the state at
 /// the start moves such a pole.
-fn drifts_alone(system: &LinearSystem, longest: f64) -> bool {
+pub(super) fn drifts_alone(system: &LinearSystem, longest: f64) -> bool {
     let slow = |root: &Complex<f64>| root.im == 0.0 && root.re > longest;
     let has_slow_zero = |b: &Vec<f64>| {
         let zeros = TransferFunction::new(b.clone(), vec![1.0]).ok().and_then(|g| g.zeros());

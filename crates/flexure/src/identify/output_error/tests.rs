@@ -5,11 +5,12 @@ use std::ops::ControlFlow;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::super::block::{Monitor, Signals, linear_delays};
+use super::super::block::{Monitor, Rational, Signals, linear_delays};
 
 use super::fit::Criterion;
 use super::held_back::HeldBack;
 use super::limits::LAST;
+use super::search::drifts_alone;
 use super::system::{LinearSystem, Numerator, Orders};
 use super::{covariance, search};
 use crate::linear::TransferFunction;
@@ -168,4 +169,38 @@ fn a_system_without_enough_poles_is_not_as_good_and_one_with_too_many_is() {
     };
     let [one, two, three] = [of(1), of(2), of(3)];
     assert!(!one.as_good_as(&two) && three.as_good_as(&two) && two.as_good_as(&three));
+}
+
+#[test]
+fn a_slow_pole_whose_zeros_nearly_cancel_it_drifts_alone() {
+    let longest = 0.999;
+    // The denominator has the poles 0.5 and `slow`; every input's numerator has one zero.
+    let of = |slow: f64, zeros: &[f64]| {
+        let a = [1.0, -0.5 - slow, 0.5 * slow];
+        let denominator = Rational::from_polynomials(vec![1.0], &a).unwrap();
+        let numerators = zeros.iter().flat_map(|zero| [1.0, -zero]);
+        let coefficients: Vec<f64> = numerators.chain([0.0; 3]).collect();
+        LinearSystem::new(&orders(2, &vec![(0, 2); zeros.len()]), denominator, &coefficients)
+    };
+    assert!(drifts_alone(&of(0.9995, &[0.9992]), longest));
+    assert!(drifts_alone(&of(0.9995, &[0.9992, 1.0001]), longest));
+    // One input moves the pole; the pole decays within the record; nothing cancels it.
+    assert!(!drifts_alone(&of(0.9995, &[0.9992, 0.3]), longest));
+    assert!(!drifts_alone(&of(0.99, &[0.9992]), longest));
+    assert!(!drifts_alone(&of(0.9995, &[-0.9992]), longest));
+}
+
+#[test]
+fn a_drift_of_the_output_adds_no_pole() {
+    let n = 600;
+    let u = noise(20, n);
+    let slow = |t: usize| 2.0 * (t as f64 / n as f64).exp();
+    let e = noise(21, n);
+    let y = filtered(&[0.0, 1.0], &[1.0, -0.8], &u);
+    let y = (0..n).map(|t| y[t] + slow(t) + 0.1 * e[t]).collect();
+    let found = with_monitor(|monitor| search(&Signals::of_input(u, y, 0), monitor)).unwrap();
+    let poles = found.system.denominator.poles();
+    assert!(poles.iter().all(|pole| pole.norm() < 0.95), "{poles:?}");
+    let gain = found.system.numerators[0].iter().sum::<f64>() / found.system.polynomial().iter().sum::<f64>();
+    assert!((gain - 5.0).abs() < 0.5, "{gain}");
 }

@@ -132,13 +132,28 @@ impl FormName {
         match self {
             FormName::CoulombViscous => "Coulomb and viscous friction with an offset",
             FormName::Stribeck => "Coulomb, viscous and Stribeck friction with an offset",
-            FormName::SmoothDry => "smooth Coulomb friction, (12) with g1 = g6 = 0",
-            FormName::SmoothCoulomb => "smooth Coulomb and viscous friction, (12) with g1 = 0",
-            FormName::SmoothStribeck => "friction (12)",
+            FormName::SmoothDry => "smooth Coulomb friction",
+            FormName::SmoothCoulomb => "smooth Coulomb and viscous friction",
+            FormName::SmoothStribeck => "smooth Coulomb, viscous and Stribeck friction",
             FormName::LinearStiffness => "linear stiffness",
-            FormName::CubicStiffness => "cubic stiffness, (10) without wind-up",
-            FormName::LinearWindup => "linear stiffness with soft wind-up (11), (10) with a1 = 0",
-            FormName::Windup => "stiffness (10) with soft wind-up (11)",
+            FormName::CubicStiffness => "cubic stiffness",
+            FormName::LinearWindup => "linear stiffness with soft wind-up",
+            FormName::Windup => "cubic stiffness with soft wind-up",
+        }
+    }
+
+    /// Its formula in the symbols of its parameters: v is a velocity, d a deflection.
+    pub fn formula(self) -> &'static str {
+        match self {
+            FormName::CoulombViscous => "Fc sign(v) + Fv v + F0",
+            FormName::Stribeck => "(Fc + (Fs - Fc) exp(-(v/vs)^2)) sign(v) + Fv v + F0",
+            FormName::SmoothDry => "g4 tanh(g5 v)",
+            FormName::SmoothCoulomb => "g4 tanh(g5 v) + g6 v",
+            FormName::SmoothStribeck => "g1 (tanh(g2 v) - tanh(g3 v)) + g4 tanh(g5 v) + g6 v",
+            FormName::LinearStiffness => "a2 d",
+            FormName::CubicStiffness => "a1 d^3 + a2 d",
+            FormName::LinearWindup => "a2 d - ksw exp(-asw d^2) d",
+            FormName::Windup => "a1 d^3 + a2 d - ksw exp(-asw d^2) d",
         }
     }
 
