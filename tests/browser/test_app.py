@@ -348,6 +348,7 @@ def test_a_file_of_200_megabytes_is_taken_and_one_beyond_the_limit_is_not(app, t
 
 def test_a_page_of_another_origin_gets_nothing(app, browser, tmp_path):
     page = app().open()
+    browser.set_script_timeout(120)  # The browser waits long where the machine is busy.
     target = page.address
     seen = []
 

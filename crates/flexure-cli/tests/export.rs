@@ -168,7 +168,7 @@ fn what_is_no_grid_is_no_surface() {
         );
     }
     // In any order of the rows.
-    folder.write("s.csv", &[&lines[..1], &lines[13..], &lines[1..13]].concat().join("\n"));
+    folder.write("s.csv", [&lines[..1], &lines[13..], &lines[1..13]].concat().join("\n"));
     folder.done("export s.csv --to c -o s.c");
 }
 
