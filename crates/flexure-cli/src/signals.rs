@@ -1,12 +1,14 @@
 //! Signals that end the process: its temporary files go first.
 
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 use signal_hook::low_level::emulate_default_handler;
 
-/// Ends the process at once on SIGINT and SIGTERM, as they do by themselves, but without what it was writing.
+/// Ends the process at once on SIGINT, SIGTERM and SIGHUP, as they do by themselves, but without what it was writing.
 pub fn watch() {
-    let heard = [SIGINT, SIGTERM].into_iter().filter(|signal| !is_ignored(*signal));
+    let heard = [SIGINT, SIGTERM, SIGHUP]
+        .into_iter()
+        .filter(|signal| !is_ignored(*signal));
     let Ok(mut signals) = Signals::new(heard) else {
         return;
     };

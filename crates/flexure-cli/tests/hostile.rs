@@ -137,7 +137,7 @@ fn records_that_are_computed_have_room() {
         "simulate a.toml -o out.csv",
         "simulate --preset seven-joint-arm --duration 900000 --sample-time 0.01 -o out.csv",
         "excite --preset space-arm --max-torque 10 --duration 90000 -o out.csv",
-        "prepare r.csv --resample 3e-7 -o out.csv",
+        "prepare r.csv --sample-time 0.01 --resample 3e-7 -o out.csv",
         "control s.toml -o out.csv",
     ] {
         let program = folder.command(arguments);

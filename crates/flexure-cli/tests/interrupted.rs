@@ -34,8 +34,10 @@ fn a_signal_during_a_write_leaves_the_old_file() {
     let rows: String = (0..200_000).map(|k| format!("{k},{},{}\n", k % 7, k % 11)).collect();
     folder.write("big.csv", format!("t,u,y\n{rows}"));
     // A shell starts tests in the background with SIGINT ignored, and so would the child. What has a handler here does not stay ignored there.
-    signal_hook::flag::register(signal_hook::consts::SIGINT, Default::default()).unwrap();
-    for (signal, number) in [("-INT", 2), ("-TERM", 15)] {
+    for ignored in [signal_hook::consts::SIGINT, signal_hook::consts::SIGHUP] {
+        signal_hook::flag::register(ignored, Default::default()).unwrap();
+    }
+    for (signal, number) in [("-INT", 2), ("-TERM", 15), ("-HUP", 1)] {
         folder.write("out.csv", "old\n");
         // It may be done before it is stopped: then once more.
         let stopped = (0..20).any(|_| {

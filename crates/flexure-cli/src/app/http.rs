@@ -57,6 +57,10 @@ impl Read for Body {
         }
         let most = buffer.len().min(usize::try_from(self.left).unwrap_or(usize::MAX));
         let buffer = &mut buffer[..most];
+        if buffer.is_empty() {
+            // It would wait for a byte that does not come.
+            return Ok(0);
+        }
         let read = match self.begun.read(buffer)? {
             0 => self.stream.read(buffer)?,
             some => some,
