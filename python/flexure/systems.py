@@ -96,6 +96,8 @@ class Hammerstein(System):
         Two points of the nonlinearity that are known; they fix scale and offset in place of `unit`.
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
     form : str, optional
         A physical form to fit to the nonlinearity and to test: "dead-zone", "saturation", "quantizer", "polynomial:N",
         "friction" or "stiffness"; the result is ``result_["form"]``. For the refined method.
@@ -150,8 +152,9 @@ class Hammerstein(System):
         parameter: float | None = None,
         lag: int | None = None,
         ignore_colour: bool = False,
+        robust: bool = False,
     ) -> None:
-        super().__init__(fresh=fresh)
+        super().__init__(fresh=fresh, robust=robust)
         self.method = method
         self.order = order
         self.delay = delay
@@ -185,6 +188,8 @@ class Linear(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
 
     Examples
     --------
@@ -209,6 +214,8 @@ class Wiener(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
 
     Examples
     --------
@@ -232,6 +239,8 @@ class WienerHammerstein(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
 
     Examples
     --------
@@ -256,6 +265,8 @@ class HammersteinWiener(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
 
     Examples
     --------
@@ -284,6 +295,8 @@ class Feedback(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
     """
 
     _structure = "feedback"
@@ -298,6 +311,8 @@ class Auto(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
 
     Examples
     --------
@@ -326,12 +341,14 @@ class Parallel(System):
         Their number, 1 to 5; None: up to 3, from the data.
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
     """
 
     _structure = "parallel"
 
-    def __init__(self, *, branches: int | None = None, fresh: float = 0.25) -> None:
-        super().__init__(fresh=fresh)
+    def __init__(self, *, branches: int | None = None, fresh: float = 0.25, robust: bool = False) -> None:
+        super().__init__(fresh=fresh, robust=robust)
         self.branches = branches
 
 
@@ -342,6 +359,8 @@ class MultipleInputs(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
 
     Examples
     --------
@@ -367,6 +386,8 @@ class JointInputs(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
     """
 
     _structure = "joint-inputs"
@@ -383,6 +404,8 @@ class NARX(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
 
     Examples
     --------
@@ -419,6 +442,8 @@ class Volterra(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
     """
 
     _structure = "volterra"
@@ -458,6 +483,8 @@ def _generated(structure: Structure) -> type[System]:
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
     """
     own = {"__doc__": text, "__module__": __name__, "_structure": structure.name, "_several": structure.several_inputs}
     return type(name, (System,), own)

@@ -44,6 +44,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
             "known",
             "estimator",
             "kernel",
+            "robust",
             "period",
             "realisations",
         ],
