@@ -1,4 +1,4 @@
-//! Samples that stand alone, far from their neighbours (Hampel 1974).
+//! What stands alone, far from all that is near (Hampel 1974).
 
 use crate::quantiles::NORMAL_MAD;
 use crate::sort;
@@ -20,8 +20,17 @@ pub(crate) fn distances(samples: &[f64]) -> Vec<f64> {
     (0..n).map(distance).collect()
 }
 
+/// The standard deviation of normal samples with this median distance from their median.
+pub(crate) fn spread(samples: &[f64]) -> f64 {
+    if samples.is_empty() {
+        return 0.0;
+    }
+    let middle = sort::median(samples.to_vec());
+    sort::median(samples.iter().map(|v| (v - middle).abs()).collect()) / NORMAL_MAD
+}
+
 /// The distances of more than `times` the standard deviation that is usual nearby, which is at least `least`.
-pub(crate) fn far(distances: &[f64], times: f64, least: f64) -> Vec<usize> {
+pub fn far(distances: &[f64], times: f64, least: f64) -> Vec<usize> {
     let usual: Vec<f64> = distances
         .chunks(BLOCK)
         .map(|block| sort::median(block.to_vec()) / NORMAL_MAD)

@@ -21,7 +21,7 @@ pub struct Structure {
     pub description: &'static str,
     /// The numbers of inputs that it takes.
     pub inputs: RangeInclusive<usize>,
-    /// The options that it knows beside the share of fresh samples, by their names in Python and, with hyphens, on the command line.
+    /// The options that it knows beside the share of fresh samples and the treatment of outliers, by their names in Python and, with hyphens, on the command line.
     pub options: &'static [&'static str],
     /// The number of blocks, where [`AUTO`](super::AUTO) compares the structure with others: simple structures come first.
     pub complexity: Option<usize>,

@@ -1,7 +1,7 @@
 //! Outliers of the output: found in every result, and left out of the fit where that is asked for.
 //!
 //! A sample is an outlier if its error in the free run stands alone: it is far from the running median of five errors, in units of what is usual
-//! nearby. What a model cannot follow seldom does: its errors have neighbours.
+//! nearby and of the errors themselves. What a model cannot follow seldom does: its errors have neighbours.
 //!
 //! Left out is a sample whose place the model's own output takes, until the outliers stay the same. That is the M-estimate whose weight is 1 below the
 //! limit and 0 above, by Huber's (1981, section 7.8) pseudo-values, which serve all structures alike. The first fit has the samples that stand alone
@@ -11,7 +11,7 @@ use super::outcome::Warning;
 use super::request::{Options, Progress, Request, Structure};
 use super::result::{Detail, Identification};
 use crate::error::Result;
-use crate::outliers::{distances, far};
+use crate::outliers::{distances, far, spread};
 use crate::record::{Record, bridged};
 
 /// Usual distances from which an error is an outlier. Normal errors have none in a million samples. Convention.
@@ -23,8 +23,10 @@ const ROUNDS: usize = 5;
 
 /// The samples of a signal that stand alone; those that are missing do not count.
 fn standing_alone(signal: &[f64]) -> Vec<usize> {
-    let distances = distances(&bridged(signal));
-    let found = far(&distances, OUTLIER, f64::MIN_POSITIVE).into_iter();
+    let known = bridged(signal);
+    // Smooth errors are their own running median.
+    let spread = spread(&known).max(f64::MIN_POSITIVE);
+    let found = far(&distances(&known), OUTLIER, spread).into_iter();
     let found: Vec<usize> = found.filter(|t| signal[*t].is_finite()).collect();
     match found.len() as f64 > MOST_OUTLIERS * signal.len() as f64 {
         true => Vec::new(),

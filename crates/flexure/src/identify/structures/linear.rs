@@ -161,7 +161,6 @@ fn details(found: &Search, levels: Option<Vec<f64>>) -> Vec<Detail> {
     let entry = |c: &LinearCandidate| {
         Values::new([
             ("order", (c.orders.poles + c.orders.integrators).into()),
-            ("integrators", c.orders.integrators.into()),
             (
                 "delays",
                 c.orders.inputs.iter().map(|i| i.delay).collect::<Vec<_>>().into(),
