@@ -22,6 +22,8 @@ class NARX(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
 
     Examples
     --------
@@ -58,6 +60,8 @@ class Volterra(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
     """
 
     _structure = "volterra"

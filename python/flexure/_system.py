@@ -41,6 +41,7 @@ _OPTIONS: dict[str, Any] = {
     "lag": None,
     "ignore_colour": False,
     "branches": None,
+    "robust": False,
 }
 
 
@@ -50,7 +51,7 @@ _COUNT: tuple[Any, str] = (int, "")
 _KINDS: list[tuple[str, Any, str]] = [
     *((name, *_NAME) for name in ("method", "unit", "form", "nonlinearity", "kernel")),
     *((name, *_NUMBER) for name in ("fresh", "parameter")),
-    *((name, *_FLAG) for name in ("missing", "noise_model", "ignore_colour")),
+    *((name, *_FLAG) for name in ("missing", "noise_model", "ignore_colour", "robust")),
     *((name, *_COUNT) for name in ("order", "delay", "lag", "branches")),
 ]
 
@@ -107,8 +108,9 @@ class System(BaseEstimator):  # type: ignore[misc]
     _several: ClassVar[bool] = False
     _one_or_several: ClassVar[bool] = False
 
-    def __init__(self, *, fresh: float = 0.25) -> None:
+    def __init__(self, *, fresh: float = 0.25, robust: bool = False) -> None:
         self.fresh = fresh
+        self.robust = robust
 
     def fit(
         self,

@@ -70,6 +70,8 @@ class Hammerstein(System):
         Two points of the nonlinearity that are known; they fix scale and offset in place of `unit`.
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
     form : str, optional
         A physical form to fit to the nonlinearity and to test: "dead-zone", "saturation", "quantizer", "polynomial:N",
         "friction" or "stiffness"; the result is ``result_["form"]``. For the refined method.
@@ -124,8 +126,9 @@ class Hammerstein(System):
         parameter: float | None = None,
         lag: int | None = None,
         ignore_colour: bool = False,
+        robust: bool = False,
     ) -> None:
-        super().__init__(fresh=fresh)
+        super().__init__(fresh=fresh, robust=robust)
         self.method = method
         self.order = order
         self.delay = delay
@@ -159,6 +162,8 @@ class Linear(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
 
     Examples
     --------
@@ -183,6 +188,8 @@ class Wiener(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
 
     Examples
     --------
@@ -206,6 +213,8 @@ class WienerHammerstein(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
 
     Examples
     --------
@@ -230,6 +239,8 @@ class HammersteinWiener(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
 
     Examples
     --------
@@ -258,6 +269,8 @@ class Feedback(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
     """
 
     _structure = "feedback"
@@ -272,6 +285,8 @@ class Auto(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
 
     Examples
     --------
@@ -300,12 +315,14 @@ class Parallel(System):
         Their number, 1 to 5; None: up to 3, from the data.
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
     """
 
     _structure = "parallel"
 
-    def __init__(self, *, branches: int | None = None, fresh: float = 0.25) -> None:
-        super().__init__(fresh=fresh)
+    def __init__(self, *, branches: int | None = None, fresh: float = 0.25, robust: bool = False) -> None:
+        super().__init__(fresh=fresh, robust=robust)
         self.branches = branches
 
 
@@ -316,6 +333,8 @@ class MultipleInputs(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
 
     Examples
     --------
@@ -341,6 +360,8 @@ class JointInputs(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
     """
 
     _structure = "joint-inputs"
@@ -356,6 +377,8 @@ def _generated(structure: Structure) -> type[System]:
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+    robust : bool
+        Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
     """
     own = {"__doc__": text, "__module__": __name__, "_structure": structure.name, "_several": structure.several_inputs}
     return type(name, (System,), own)

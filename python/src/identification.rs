@@ -39,6 +39,7 @@ struct Options {
     lag: Option<usize>,
     ignore_colour: bool,
     branches: Option<usize>,
+    robust: bool,
 }
 
 impl Options {
@@ -110,6 +111,7 @@ impl Options {
             structure.ok_or_else(|| ParameterError::new_err(format!("there is no structure '{}'", self.structure)))?;
         let options = flexure::identify::Options {
             fresh_share: self.fresh,
+            robust: self.robust,
             branches: self.branches,
             hammerstein: self.hammerstein()?,
         };

@@ -50,6 +50,7 @@ pub fn argument(name: &str, value: Option<&str>) -> String {
         "select" => "rule",
         "band-method" => "band_method",
         "weights" => "sample_weight",
+        "robust" => return "a sample_weight of zero".to_owned(),
         "torque-constant" => return "-torque".to_owned(),
         "estimator" if value == Some("local-bandwidth") => return "bandwidth='local'".to_owned(),
         other => other,

@@ -45,6 +45,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
             "known",
             "estimator",
             "kernel",
+            "robust",
             "period",
             "realisations",
         ],

@@ -67,6 +67,9 @@ pub struct Arguments {
     /// Share of the record, at its end, that is not fitted.
     #[arg(long, value_name = "SHARE", default_value = "0.25", allow_hyphen_values = true, value_parser = arguments::fresh_share)]
     fresh: f64,
+    /// Leave outliers of the output out of the fit and of the verdict; else they are only named.
+    #[arg(long)]
+    robust: bool,
     /// Sample time in s; by default that of the column of time.
     #[arg(long, value_name = "S", allow_hyphen_values = true, value_parser = arguments::positive)]
     sample_time: Option<f64>,
@@ -159,6 +162,7 @@ impl Arguments {
         let (hammerstein, note) = method::choose(self.method, self.shared(), &self.refined, &self.plain)?;
         let options = Options {
             fresh_share: self.fresh,
+            robust: self.robust,
             branches: self.branches,
             hammerstein,
         };

@@ -115,6 +115,7 @@ pub fn estimator(structure: &Structure, options: &Options) -> Option<Call> {
     let defaults = Options::default();
     let fresh = (options.fresh_share != defaults.fresh_share).then_some(options.fresh_share);
     let call = call.with("fresh", fresh).with("branches", options.branches);
+    let call = call.flag("robust", options.robust);
     match key {
         "hammerstein" => hammerstein(call, &options.hammerstein),
         _ => Some(call),

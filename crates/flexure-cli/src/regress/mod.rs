@@ -60,6 +60,9 @@ pub struct Arguments {
     /// row.
     #[arg(long, value_name = "COLUMN")]
     weights: Option<String>,
+    /// Leave out rows that are far from the curve; else they are only named.
+    #[arg(long)]
+    robust: bool,
     /// Level of the confidence band.
     #[arg(long, value_name = "LEVEL", default_value = "0.95", allow_hyphen_values = true, value_parser = arguments::level)]
     band: f64,
@@ -147,7 +150,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let inputs = [&arguments.record].into_iter().chain(&arguments.at);
     prepare(inputs, &arguments.out, &arguments.report)?;
     let file = arguments.reading.read(&arguments.record)?;
-    let data = RegressionData::read(&file, arguments.columns())?;
+    let weights;
+    let mut data = RegressionData::read(&file, arguments.columns())?;
+    if arguments.robust {
+        let found = spinning("finding outliers", || regression::without_outliers(&estimator, &data));
+        (weights, data.left_out) = found.map_err(|error| data.locate(error, &file))?;
+        data.weights = Some(&weights);
+    }
     let at = arguments.points(&data)?;
     let report = measured("estimating", |reported| -> Result<Report> {
         let regression = fitted(estimator, &data, &file)?;

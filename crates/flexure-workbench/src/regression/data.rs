@@ -23,6 +23,7 @@ pub struct Columns {
 }
 
 /// What a regression is made from.
+#[derive(Clone)]
 pub struct RegressionData<'a> {
     /// The file's name without its folder.
     pub file: String,
@@ -38,6 +39,8 @@ pub struct RegressionData<'a> {
     pub labels: Labels,
     /// Whether rows are repeated on purpose, in place of weights.
     pub repeated: bool,
+    /// Rows that were left out as outliers, by a weight of zero.
+    pub left_out: Vec<usize>,
 }
 
 impl<'a> RegressionData<'a> {
@@ -64,6 +67,7 @@ impl<'a> RegressionData<'a> {
             weights,
             labels: Labels::new(file),
             repeated: false,
+            left_out: Vec::new(),
         };
         data.check_variation(file)?;
         data.check_sizes(file)?;
@@ -84,6 +88,7 @@ impl<'a> RegressionData<'a> {
             weights,
             labels: Labels::default(),
             repeated: false,
+            left_out: Vec::new(),
         }
     }
 

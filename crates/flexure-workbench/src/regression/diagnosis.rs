@@ -2,6 +2,7 @@
 
 use flexure::nonlinearity::{EstimatorName, NamedEstimator, Outside, Tuning};
 
+use super::outliers::outliers;
 use super::{Regression, RegressionData, dependence, slices};
 
 /// Estimate and ordinate that differ by no more than this share of the ordinates' size are the same.
@@ -17,6 +18,8 @@ pub struct Diagnosis {
     pub residuals: Vec<f64>,
     /// Whether neighbouring rows depend on each other beyond what is estimated.
     pub dependent: bool,
+    /// The rows that are far from the curve.
+    pub outliers: Vec<usize>,
     /// The number of rows that have no other row within reach of their windows.
     pub alone: usize,
 }
@@ -28,6 +31,7 @@ impl Diagnosis {
         let fitted = regression.fit.regression.predict(&slices(&data.x_at(&rows)))?;
         let residuals: Vec<f64> = rows.iter().zip(&fitted).map(|(&i, m)| data.y[i] - m).collect();
         Ok(Diagnosis {
+            outliers: outliers(data, &rows, &fitted, &residuals),
             alone: alone(regression, data, &rows, &residuals)?,
             dependent: dependence::depend(&regression.estimator, data, &rows, &residuals)?,
             rows,

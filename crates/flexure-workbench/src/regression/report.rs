@@ -77,7 +77,7 @@ impl<'a> Report<'a> {
         let columns: Vec<Value> = (data.names.x.iter().zip(&evaluation.x))
             .map(|(name, x)| json!({ "name": name, "values": x }))
             .collect();
-        json!({
+        let mut object = json!({
             "x": data.names.x,
             "y": data.names.y,
             "weights": data.names.weights,
@@ -103,7 +103,16 @@ impl<'a> Report<'a> {
             "dependent_rows": diagnosis.dependent,
             "curve": { "x": columns, "y": evaluation.y, "lower": evaluation.lower, "upper": evaluation.upper },
             "warnings": self.warnings,
-        })
+        });
+        if !data.left_out.is_empty() || !diagnosis.outliers.is_empty() {
+            object["outliers_left_out"] = json!(!data.left_out.is_empty());
+            object["outliers"] = json!(if data.left_out.is_empty() {
+                &diagnosis.outliers
+            } else {
+                &data.left_out
+            });
+        }
+        object
     }
 
     fn local_bandwidths_json(&self) -> Option<Value> {

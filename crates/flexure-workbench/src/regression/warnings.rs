@@ -13,6 +13,9 @@ use crate::text::list;
 /// A larger share of rows alone in their windows is warned of.
 const MANY_ALONE: f64 = 0.05;
 
+/// So many outliers are named by their row.
+const NAMED_ROWS: usize = 5;
+
 /// About so many rows are compared to find copies.
 const COMPARED: usize = 10_000;
 /// A larger share of copies is warned of, where the abscissas are at least [`MANY_ABSCISSAS`] of the distinct rows.
@@ -40,6 +43,7 @@ impl Subject<'_> {
     /// The warnings, a sentence each.
     pub fn warnings(&self) -> Vec<String> {
         let all = [
+            self.outliers(),
             self.edge(),
             self.no_slope(),
             self.dependent_rows(),
@@ -104,6 +108,29 @@ impl Subject<'_> {
         (fit.name == EstimatorName::LocalLinear && (0..self.data.x.len()).all(flat)).then(|| {
             "the bandwidth is so much wider than the data that no slope can be determined: the fit is constant; take a bandwidth of the data's size"
                 .to_owned()
+        })
+    }
+
+    fn outliers(&self) -> Option<String> {
+        let (left_out, found) = (&self.data.left_out, &self.diagnosis.outliers);
+        let (rows, remedy) = match left_out.is_empty() {
+            true => (
+                found,
+                format!("they pull the fit; {} leaves them out", (self.spelling)("robust", None)),
+            ),
+            false => (left_out, "they were left out of the fit".to_owned()),
+        };
+        let mut at: Vec<String> = rows.iter().take(NAMED_ROWS).map(usize::to_string).collect();
+        if rows.len() > at.len() {
+            at.push(format!("{} more", rows.len() - at.len()));
+        }
+        (!rows.is_empty()).then(|| {
+            format!(
+                "outliers far from the curve, {} of the {} rows (rows {}): {remedy}",
+                rows.len(),
+                self.data.y.len(),
+                at.join(", ")
+            )
         })
     }
 

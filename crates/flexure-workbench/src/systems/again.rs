@@ -111,10 +111,15 @@ fn renamed(name: &str, own: &[String], inputs: &[String]) -> String {
         .to_owned()
 }
 
-/// Appends the blocks that are neither compounds nor offsets, in order, each with its label; returns the sum of the offsets.
+/// Appends the blocks that are neither compounds nor offsets, in order, each with its label; returns the sum of the offsets behind them.
 fn collect<'a>(block: &Block, labels: &mut impl Iterator<Item = &'a BlockLabel>, named: &mut Vec<NamedBlock>) -> f64 {
     match block {
-        Block::Series(blocks) | Block::Parallel(blocks) | Block::Inputs(blocks) => {
+        Block::Series(blocks) => blocks.iter().fold(0.0, |before, block| match block {
+            Block::Offset(offset) => before + offset,
+            // What is added before a block is no offset of the output.
+            block => collect(block, labels, named),
+        }),
+        Block::Parallel(blocks) | Block::Inputs(blocks) => {
             blocks.iter().map(|block| collect(block, labels, named)).sum()
         }
         Block::Offset(offset) => *offset,

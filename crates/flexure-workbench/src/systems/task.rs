@@ -78,8 +78,11 @@ impl Task {
         let request = Request::new(&records, inputs, output, self.options.clone());
         let result = self.structure.identify_with(&request, &mut |name| stage(name));
         let mut result = result.map_err(|error| file.locate(named(error, file)))?;
-        let integrated = integrated(records[0], inputs, output);
-        result.warnings.splice(0..0, integrated);
+        // A model with a pole at 1 has a place for it.
+        if result.detail("integrators").is_none() {
+            let integrated = integrated(records[0], inputs, output);
+            result.warnings.splice(0..0, integrated);
+        }
         let columns = [inputs, &[output]].concat();
         let marks = records
             .iter()

@@ -39,6 +39,7 @@ mod registry;
 mod request;
 pub mod result;
 pub mod robot_joint;
+mod robust;
 mod run;
 mod samples;
 mod structures;

@@ -5,6 +5,9 @@ use crate::linear::correlation::mean;
 use crate::text::{capitalised, nearly_all, number, p_value, percent};
 use crate::validation::{Estimated, FitMeasures, ResidualTest, ResidualTests};
 
+/// So many outliers are named by their sample.
+const NAMED_OUTLIERS: usize = 5;
+
 /// Something that the user should know before trusting the model.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -114,6 +117,14 @@ pub enum Warning {
         /// The column that integrates it.
         output: String,
     },
+    /// Samples of the output that stand alone, far from the model.
+    #[error("{}", outliers(samples, *.left_out))]
+    Outliers {
+        /// Their indices, of all experiments one after the other.
+        samples: Vec<usize>,
+        /// Whether they were left out.
+        left_out: bool,
+    },
     /// There is little for a cascade's search to start from.
     #[error(
         "the best linear approximation explains only {percent:.1} % of the output's variance, from which a cascade's poles and \
@@ -123,6 +134,32 @@ pub enum Warning {
         /// The share explained.
         percent: f64,
     },
+}
+
+/// The sentence on outliers: their number, and the first of them.
+fn outliers(samples: &[usize], left_out: bool) -> String {
+    let (count, several) = (samples.len(), samples.len() > 1);
+    let mut at: Vec<String> = samples.iter().take(NAMED_OUTLIERS).map(usize::to_string).collect();
+    if count > at.len() {
+        at.push(format!("{} more", count - at.len()));
+    }
+    let what = if several { "outliers" } else { "outlier" };
+    let (samples, are) = if several {
+        ("samples", "were")
+    } else {
+        ("sample", "was")
+    };
+    match left_out {
+        true => format!(
+            "{count} {what} of the output {are} left out of the fit and of the verdict ({samples} {})",
+            at.join(", ")
+        ),
+        false => format!(
+            "the output has {count} {what}, far from the model and from the samples beside ({samples} {}): the option robust leaves \
+             them out of the fit",
+            at.join(", ")
+        ),
+    }
 }
 
 /// The answer to "does the model hold?", on data that were not used for the fit.

@@ -7,6 +7,7 @@ use super::block::{Monitor, Prepared};
 use super::hammerstein::options::{HammersteinMethod, RefinedHammerstein};
 use super::limits::FEWEST_SAMPLES;
 use super::result::{Identification, StructureName};
+use super::robust;
 use super::samples::{Samples, refuse_repeated};
 use crate::error::{Error, Result};
 use crate::record::Record;
@@ -20,7 +21,7 @@ pub struct Structure {
     pub description: &'static str,
     /// The numbers of inputs that it takes.
     pub inputs: RangeInclusive<usize>,
-    /// The options that it knows beside the share of fresh samples, by their names in Python and, with hyphens, on the command line.
+    /// The options that it knows beside the share of fresh samples and the treatment of outliers, by their names in Python and, with hyphens, on the command line.
     pub options: &'static [&'static str],
     /// The number of blocks, where [`AUTO`](super::AUTO) compares the structure with others: simple structures come first.
     pub complexity: Option<usize>,
@@ -58,7 +59,10 @@ impl Structure {
     /// Those of [`identify`](Self::identify); [`Error::Parameter`] for several experiments where the method takes one;
     /// [`Error::Stopped`] if `progress` stopped it.
     pub fn identify_with(&self, request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
-        (self.identify)(request, progress)
+        match request.options.robust {
+            true => robust::identify(self, request, progress),
+            false => robust::warned((self.identify)(request, progress)?, request),
+        }
     }
 }
 
@@ -141,6 +145,8 @@ impl<'a> Request<'a> {
 pub struct Options {
     /// The share of the record, at its end, kept for the verdict; 0.05 to 0.9.
     pub fresh_share: f64,
+    /// Whether outliers of the output are left out of the fit and of the verdict, rather than only named.
+    pub robust: bool,
     /// The number of branches of [`PARALLEL`](super::PARALLEL), 1 to 5; `None`: 1 to 3 by Schwarz's criterion.
     pub branches: Option<usize>,
     /// The method for a Hammerstein system.
@@ -156,6 +162,7 @@ impl Options {
         };
         Options {
             fresh_share,
+            robust: false,
             branches: None,
             hammerstein: HammersteinMethod::Refined(method),
         }

@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 use crate::linalg::{self, Complex};
 
+/// A sum of coefficients that is no larger than this share of their sizes is zero: no more than rounding is left of it.
+const ROUNDING: f64 = 1e-14;
 /// Longest impulse response that [`TransferFunction::settling`] looks at, in samples.
 const LONGEST_SETTLING: usize = 100_000;
 
@@ -152,9 +154,11 @@ impl TransferFunction {
         evaluate(&self.b) / evaluate(&self.a)
     }
 
-    /// The static gain G(1); infinite or NaN if there is a pole at 1.
+    /// The static gain G(1); infinite or NaN if there is a pole at 1, to rounding.
     pub fn static_gain(&self) -> f64 {
-        self.b.iter().sum::<f64>() / self.a.iter().sum::<f64>()
+        let (sum, size) = (self.a.iter().sum::<f64>(), self.a.iter().map(|a| a.abs()).sum::<f64>());
+        let sum = if sum.abs() <= ROUNDING * size { 0.0 } else { sum };
+        self.b.iter().sum::<f64>() / sum
     }
 
     /// The poles in the z-plane; `None` if they cannot be computed.

@@ -1,14 +1,13 @@
 //! A column by itself: its range, what is missing, its levels, where it stands still at an extreme, and what stands alone.
 
 use super::limits::{
-    FEWEST_SAMPLES, MOST_OUTLIERS, OUTLIER, OUTLIER_BLOCK, OUTLIER_SIZE, ROUNDING, STOP_RATIO, STOP_RUN, STOP_SHARE,
-    STOP_STEPS,
+    FEWEST_SAMPLES, MOST_OUTLIERS, OUTLIER, OUTLIER_SIZE, ROUNDING, STOP_RATIO, STOP_RUN, STOP_SHARE, STOP_STEPS,
 };
 use super::quantisation::Quantisation;
 use super::spectrum::Spectrum;
 use crate::identify::few_levels;
 use crate::linear::correlation::{mean, variance};
-use crate::quantiles::NORMAL_MAD;
+use crate::outliers;
 use crate::sort;
 
 /// What a column is like.
@@ -108,7 +107,7 @@ impl Column {
             let step = column.quantisation.map_or((greatest - least) / STOP_STEPS, |q| q.step);
             column.lower_stop = stop(samples, &sorted, least, step);
             column.upper_stop = stop(samples, &sorted, greatest, step);
-            column.outliers = outliers(samples, bridged, deviation, column.quantisation.map_or(0.0, |q| q.step));
+            column.outliers = standing_alone(samples, bridged, deviation, column.quantisation.map_or(0.0, |q| q.step));
         }
         column.spectrum = Spectrum::new(bridged);
         column
@@ -151,29 +150,12 @@ fn stop(samples: &[f64], sorted: &[f64], extreme: f64, step: f64) -> Option<Stop
 }
 
 /// The samples that stand alone (Hampel 1974, about a running median of five, which leaves steps as they are).
-fn outliers(samples: &[f64], bridged: &[f64], deviation: f64, step: f64) -> Vec<usize> {
-    let n = bridged.len();
-    let distance = |t: usize| {
-        let half = t.min(n - 1 - t).min(2);
-        let mut near = [0.0; 5];
-        let near = &mut near[..=2 * half];
-        near.copy_from_slice(&bridged[t - half..=t + half]);
-        near.sort_unstable_by(f64::total_cmp);
-        (bridged[t] - near[half]).abs()
-    };
-    let distances: Vec<f64> = (0..n).map(distance).collect();
-    let usual: Vec<f64> = distances
-        .chunks(OUTLIER_BLOCK)
-        .map(|block| sort::median(block.to_vec()) / NORMAL_MAD)
-        .collect();
-    let far = |t: &usize| {
-        let block = t / OUTLIER_BLOCK;
-        let nearby = &usual[block.saturating_sub(1)..(block + 2).min(usual.len())];
-        let usual = nearby.iter().fold(step, |largest, u| largest.max(*u));
-        samples[*t].is_finite() && distances[*t] > OUTLIER * usual && distances[*t] > OUTLIER_SIZE * deviation
-    };
-    let found: Vec<usize> = (0..n).filter(far).collect();
-    match found.len() as f64 > MOST_OUTLIERS * n as f64 {
+fn standing_alone(samples: &[f64], bridged: &[f64], deviation: f64, step: f64) -> Vec<usize> {
+    let distances = outliers::distances(bridged);
+    let matters = |t: &usize| samples[*t].is_finite() && distances[*t] > OUTLIER_SIZE * deviation;
+    let found = outliers::far(&distances, OUTLIER, step).into_iter();
+    let found: Vec<usize> = found.filter(matters).collect();
+    match found.len() as f64 > MOST_OUTLIERS * bridged.len() as f64 {
         true => Vec::new(),
         false => found,
     }

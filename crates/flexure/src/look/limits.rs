@@ -25,8 +25,6 @@ pub(super) const STOP_RATIO: f64 = 5.0;
 /// Steps of the range of a column that is not quantised. Convention.
 pub(super) const STOP_STEPS: f64 = 1000.0;
 
-/// Samples of a block over which the usual deviation from the running median is taken. Convention.
-pub(super) const OUTLIER_BLOCK: usize = 100;
 /// Usual deviations from which a sample is an outlier. Normal white noise has none in a million samples (tested).
 pub(super) const OUTLIER: f64 = 10.0;
 /// Standard deviations of the column that an outlier must at least be away. Convention: what is nearer does little harm.

@@ -96,10 +96,10 @@ impl<P: Residuals> Whitened<'_, P> {
     }
 }
 
-/// A square matrix of `n` rows times another, or times a vector.
+/// A matrix of `n` columns times one of `n` rows, or times a vector.
 pub(in crate::identify) fn matrix_product(a: &[f64], b: &[f64], n: usize) -> Vec<f64> {
     let columns = b.len() / n.max(1);
-    let mut product = vec![0.0; n * columns];
+    let mut product = vec![0.0; a.len() / n.max(1) * columns];
     for (row, a) in product.chunks_exact_mut(columns.max(1)).zip(a.chunks_exact(n.max(1))) {
         for (a, b) in a.iter().zip(b.chunks_exact(columns.max(1))) {
             row.iter_mut().zip(b).for_each(|(p, b)| *p += a * b);

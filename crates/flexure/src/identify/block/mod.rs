@@ -58,7 +58,7 @@ pub(super) use {
     rational::Rational,
     restart::survivor,
     search::SearchResult,
-    signals::{Scale, Signals, delayed, standardised},
+    signals::{Scale, Signals, convolved, delayed, standardised},
     spline::{Kink, KinkedSpline, Roughness, Tangent, thinned},
     sum::find_sum,
     system::{FreeParts, System},

@@ -1,20 +1,21 @@
 //! Standard errors of the coefficients.
 
 use super::super::block::{Signals, UnitDiagonal, delayed, matrix_product, normal_equations};
-use super::system::{LinearSystem, columns, combined};
+use super::integrators::{term_polynomial, with_integrators};
+use super::system::{LinearSystem, Orders, columns, combined};
 use crate::linear::TransferFunction;
 use crate::linear::autoregression::{SAMPLES_PER_COEFFICIENT, whitening};
 use crate::parallel;
 
-/// The covariance of the numerators' coefficients, input after input, and then those of the denominator behind its leading 1, row by row;
-/// `None` where the samples do not determine them.
+/// The covariance of the numerators' coefficients, input after input, and then those of the denominator behind its leading 1, row by row,
+/// as polynomials in the delay; `None` where the samples do not determine them.
 ///
 /// That of the output error under coloured noise (Ljung 1999, equation 9.42): $\sigma^2 (J'J)^{-1} J_c'J_c (J'J)^{-1}$, with the
 /// derivatives $J_c$ coloured as the errors are.
 pub fn covariance(system: &LinearSystem, data: &Signals) -> Option<Vec<f64>> {
     let mut jacobian = columns(&system.orders, &system.denominator, &data.u);
     let output = combined(&jacobian, &system.coefficients());
-    let dynamic: Vec<f64> = output.iter().map(|y| y - system.offset).collect();
+    let dynamic = system.dynamic(&jacobian);
     let by = system.denominator.all_pole(&dynamic);
     jacobian.extend((1..=system.orders.poles).map(|k| delayed(&by, k, -1.0)));
     let residuals: Vec<f64> = output.iter().zip(&data.y).map(|(p, y)| p - y).collect();
@@ -33,9 +34,38 @@ pub fn covariance(system: &LinearSystem, data: &Signals) -> Option<Vec<f64>> {
     let inverse = UnitDiagonal::new(&plain).inverse()?;
     let half = matrix_product(&inverse, &coloured.normal, size);
     let whole = matrix_product(&half, &inverse, size);
-    let numerators = system.numerators.iter().map(Vec::len).sum::<usize>();
+    let numerators = system.orders.numerators();
     let kept: Vec<usize> = (0..numerators).chain(size - system.orders.poles..size).collect();
     let pairs = kept.iter().flat_map(|i| kept.iter().map(move |j| (i, j)));
     let covariance: Vec<f64> = pairs.map(|(i, j)| variance * whole[i * size + j]).collect();
+    let covariance = of_polynomials(&system.orders, covariance);
     covariance.iter().all(|c| c.is_finite()).then_some(covariance)
+}
+
+/// The covariance of the coefficients of polynomials in the delay, with the integrators in the denominator.
+fn of_polynomials(orders: &Orders, covariance: Vec<f64>) -> Vec<f64> {
+    let d = orders.integrators;
+    if d == 0 {
+        return covariance;
+    }
+    // What each coefficient adds to all polynomials: the columns of the map.
+    let size = orders.numerators() + orders.poles + d;
+    let mut map: Vec<Vec<f64>> = Vec::new();
+    let mut column = |first: usize, polynomial: &[f64]| {
+        let mut all = vec![0.0; size];
+        all[first..first + polynomial.len()].copy_from_slice(polynomial);
+        map.push(all);
+    };
+    let mut first = 0;
+    for input in &orders.inputs {
+        (0..input.count).for_each(|k| column(first, &term_polynomial(k, d)));
+        first += input.count;
+    }
+    (0..orders.poles).for_each(|k| column(first + k, &with_integrators(&[1.0], d)));
+    let count = map.len();
+    let transposed = map.concat();
+    let rows: Vec<f64> = (0..size * count)
+        .map(|k| transposed[k % count * size + k / count])
+        .collect();
+    matrix_product(&matrix_product(&rows, &covariance, count), &transposed, count)
 }

@@ -3,6 +3,7 @@
 use super::super::block::{
     Minimum, Monitor, Rational, Residuals, Signals, StopRule, delayed, descend, efficient, least_squares,
 };
+use super::integrators::{differenced, trend};
 use super::limits::PASSES;
 use super::system::{LinearSystem, Orders, columns, combined, impulse, lagged};
 use crate::linear::levenberg_marquardt::Linearisation;
@@ -76,7 +77,7 @@ impl Residuals for OutputError<'_> {
         let system = self.structure.with(parameters);
         let mut jacobian = columns(&system.orders, &system.denominator, &self.data.u);
         let output = combined(&jacobian, &system.coefficients());
-        let dynamic: Vec<f64> = output.iter().map(|y| y - system.offset).collect();
+        let dynamic = system.dynamic(&jacobian);
         for section in &system.denominator.sections {
             let by = section.run(&dynamic);
             jacobian.extend((1..=section.order).map(|k| delayed(&by, k, -1.0)));
@@ -114,7 +115,8 @@ fn with_poles(orders: &Orders, denominator: Rational, data: &Signals) -> Option<
     finite.then(|| LinearSystem::new(orders, denominator, &coefficients))
 }
 
-/// Least squares of the difference equation with all signals filtered by a denominator: the numerators, and the new denominator.
+/// Least squares of the difference equation with all signals filtered by a denominator: the numerators, and the new denominator. Behind
+/// integrators the output is differenced.
 struct Equation {
     numerators: Vec<f64>,
     denominator: Rational,
@@ -122,17 +124,22 @@ struct Equation {
 
 impl Equation {
     fn new(orders: &Orders, data: &Signals, filter: &Rational) -> Option<Equation> {
+        let d = orders.integrators;
         let mut columns = columns(orders, filter, &data.u);
+        // Of the powers of time, differencing leaves a constant.
+        columns.truncate(columns.len() - d);
         let ones = columns.last_mut()?;
         *ones = filter.all_pole(ones);
-        let y = filter.all_pole(&data.y);
+        let driven = orders.numerators();
+        columns[..driven].iter_mut().for_each(|c| *c = differenced(c, d));
+        let y = filter.all_pole(&differenced(&data.y, d));
         columns.extend((1..=orders.poles).map(|k| delayed(&y, k, -1.0)));
-        let coefficients = least_squares(&y, &columns, orders.first())?.coefficients;
+        // The first differences are of nothing.
+        let coefficients = least_squares(&y, &columns, orders.first().max(d))?.coefficients;
         let (others, a) = coefficients.split_at(columns.len() - orders.poles);
         let a: Vec<f64> = std::iter::once(1.0).chain(a.iter().copied()).collect();
-        let count = orders.inputs.iter().map(|i| i.count).sum();
         Some(Equation {
-            numerators: others[..count].to_vec(),
+            numerators: others[..driven].to_vec(),
             denominator: Rational::from_polynomials(vec![1.0], &a)?,
         })
     }
@@ -153,6 +160,7 @@ fn equation_error(orders: &Orders, data: &Signals) -> Option<LinearSystem> {
     let ringing = denominator.all_pole(&impulse(data.y.len()));
     let mut columns: Vec<Vec<f64>> = (0..orders.poles).map(|k| delayed(&ringing, k, 1.0)).collect();
     columns.push(vec![1.0; data.y.len()]);
+    columns.extend(trend(data.y.len(), orders.integrators));
     let others = least_squares(&left, &columns, orders.first())?.coefficients;
     let coefficients = [numerators, others].concat();
     let finite = coefficients.iter().all(|c| c.is_finite());

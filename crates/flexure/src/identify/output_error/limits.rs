@@ -21,6 +21,12 @@ pub const COMPARED_BLOCKS: usize = 20;
 pub const WORSE: f64 = 2.54;
 /// A system that rings for this many times the samples does not decay within them. Convention.
 pub const RINGING: f64 = 5.0;
+/// The most integrators: a position has two between a force and itself.
+pub const MOST_INTEGRATORS: usize = 2;
+/// Integrators are tried where a system without them has a pole this near to 1. Convention: it bounds the time.
+pub const NEARLY_INTEGRATES: f64 = 0.05;
+/// The samples over which a power of time rises to 1. Any number does: the columns are scaled.
+pub const TREND_SAMPLES: f64 = 1_000.0;
 /// Rounds of changes. They bound the time.
 pub const ROUNDS: usize = 3;
 

@@ -1,7 +1,7 @@
 //! Poles, delays and numerators: those of the free run that goes on best through samples that were not fitted.
 //!
-//! First all numbers of poles at the delays that are seen in the data, then one pole, delay or coefficient more or less, until the choice
-//! stays. The choice is the system with the fewest parameters among those that are as good as the best.
+//! First all numbers of poles at the delays that are seen in the data, and the same with integrators where a pole is near 1. Then one pole,
+//! delay or coefficient more or less, until the choice stays. The choice is the system with the fewest parameters among those that are as good as the best.
 
 use std::ops::ControlFlow;
 
@@ -9,7 +9,10 @@ use super::super::block::{Monitor, Signals, Stage, StopRule, linear_delays};
 
 use super::fit::{Criterion, whitened};
 use super::held_back::{HeldBack, fitted_samples};
-use super::limits::{FIT, HELD_BACK, LAST, MOST_POLES, RINGING, ROUNDS, SAMPLES_A_PARAMETER, SEARCH_SAMPLES};
+use super::limits::{
+    FIT, HELD_BACK, LAST, MOST_INTEGRATORS, MOST_POLES, NEARLY_INTEGRATES, RINGING, ROUNDS, SAMPLES_A_PARAMETER,
+    SEARCH_SAMPLES,
+};
 use super::system::{LinearSystem, Numerator, Orders, head};
 use crate::linear::{Complex, TransferFunction};
 use crate::parallel;
@@ -46,12 +49,19 @@ pub fn search(data: &Signals, monitor: &mut Monitor<'_>) -> Option<Search> {
     let data = head(data, usize::MAX);
     let part = head(&data, SEARCH_SAMPLES);
     monitor.stage = Stage::Structure;
-    let starts = admissible(start_orders(&part), &[], &part);
-    let jobs = starts
-        .into_iter()
-        .flat_map(|o| Criterion::CHOOSING.map(|c| (o.clone(), c)))
-        .collect();
-    let mut tried = tried(jobs, None, &part, monitor);
+    let delays = linear_delays(&part);
+    let mut tried = Vec::new();
+    for integrators in 0..=MOST_INTEGRATORS {
+        if integrators > 0 && !tried.iter().any(nearly_integrates) {
+            break;
+        }
+        let starts = admissible(start_orders(&delays, integrators), &[], &part);
+        let jobs = starts
+            .into_iter()
+            .flat_map(|o| Criterion::CHOOSING.map(|c| (o.clone(), c)))
+            .collect();
+        tried.extend(self::tried(jobs, None, &part, monitor));
+    }
     for _ in 0..ROUNDS {
         let Some(chosen) = chosen(&tried).cloned() else {
             break;
@@ -83,11 +93,17 @@ pub fn search(data: &Signals, monitor: &mut Monitor<'_>) -> Option<Search> {
     })
 }
 
-/// All numbers of poles at the delays that are seen in the data.
-fn start_orders(data: &Signals) -> Vec<Orders> {
-    let delays = linear_delays(data);
+/// Whether a pole that was estimated is near 1.
+fn nearly_integrates(candidate: &LinearCandidate) -> bool {
+    let poles = candidate.system.denominator.poles();
+    poles.iter().any(|pole| (pole - 1.0).norm() < NEARLY_INTEGRATES)
+}
+
+/// All numbers of poles, so many of them at 1, at the delays that are seen in the data.
+fn start_orders(delays: &[usize], integrators: usize) -> Vec<Orders> {
     let with = |poles: usize, delays: &[usize]| Orders {
-        poles,
+        poles: poles - integrators,
+        integrators,
         inputs: delays
             .iter()
             .map(|&delay| Numerator {
@@ -97,9 +113,9 @@ fn start_orders(data: &Signals) -> Vec<Orders> {
             .collect(),
     };
     let at_once = vec![0; delays.len()];
-    let mut all: Vec<Orders> = (0..=MOST_POLES).map(|poles| with(poles, &delays)).collect();
+    let mut all: Vec<Orders> = (integrators..=MOST_POLES).map(|poles| with(poles, delays)).collect();
     if delays != at_once {
-        all.extend((0..=MOST_POLES).map(|poles| with(poles, &at_once)));
+        all.extend((integrators..=MOST_POLES).map(|poles| with(poles, &at_once)));
     }
     all
 }
@@ -114,6 +130,7 @@ fn neighbours(orders: &Orders) -> Vec<Orders> {
         };
         Orders {
             poles,
+            integrators: orders.integrators,
             inputs: orders.inputs.iter().map(numerator).collect(),
         }
     };
@@ -162,9 +179,10 @@ fn tried(
         return Vec::new();
     }
     // Without poles both errors are one.
-    jobs.retain(|(o, criterion)| o.poles > 0 || *criterion == Criterion::FreeRun);
+    jobs.retain(|(o, criterion)| o.poles + o.integrators > 0 || *criterion == Criterion::FreeRun);
     let candidates = parallel::batch(&jobs, |(orders, criterion)| {
-        let start = near.filter(|system| system.orders.poles == orders.poles);
+        let as_many = |o: &Orders| (o.poles, o.integrators) == (orders.poles, orders.integrators);
+        let start = near.filter(|system| as_many(&system.orders));
         candidate(orders, *criterion, start, FIT, data)
     });
     candidates.into_iter().flatten().collect()
@@ -200,11 +218,12 @@ fn candidate(
 /// the start moves such a pole.
 pub(super) fn drifts_alone(system: &LinearSystem, longest: f64) -> bool {
     let slow = |root: &Complex<f64>| root.im == 0.0 && root.re > longest;
-    let has_slow_zero = |b: &Vec<f64>| {
-        let zeros = TransferFunction::new(b.clone(), vec![1.0]).ok().and_then(|g| g.zeros());
+    let has_slow_zero = |b: Vec<f64>| {
+        let zeros = TransferFunction::new(b, vec![1.0]).ok().and_then(|g| g.zeros());
         zeros.is_some_and(|zeros| zeros.iter().any(slow))
     };
-    system.denominator.poles().iter().any(slow) && system.numerators.iter().all(has_slow_zero)
+    let has_slow_pole = system.orders.integrators > 0 || system.denominator.poles().iter().any(slow);
+    has_slow_pole && system.numerator_polynomials().into_iter().all(has_slow_zero)
 }
 
 /// The candidate at the end of its minimisation, and whitened, unless it goes on worse from there: then it follows what is not in the

@@ -1,11 +1,15 @@
 //! A linear system of several inputs with one denominator, and the columns of its derivatives.
 
 use super::super::block::{Rational, Signals, delayed};
+use super::integrators::{numerator_polynomial, terms, trend, with_integrators};
 
 /// How many coefficients a system has.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Orders {
+    /// Poles that are estimated.
     pub poles: usize,
+    /// Poles at 1 besides.
+    pub integrators: usize,
     pub inputs: Vec<Numerator>,
 }
 
@@ -18,9 +22,14 @@ pub struct Numerator {
 }
 
 impl Orders {
-    /// The number of coefficients with the offset, without the state at the start, which is forgotten.
+    /// The number of coefficients with the offset and the powers of time, without the state at the start, which is forgotten.
     pub fn parameters(&self) -> usize {
-        self.poles + self.inputs.iter().map(|i| i.count).sum::<usize>() + 1
+        self.poles + self.numerators() + 1 + self.integrators
+    }
+
+    /// The number of coefficients of all numerators.
+    pub fn numerators(&self) -> usize {
+        self.inputs.iter().map(|i| i.count).sum()
     }
 
     /// The first sample that counts: no later one depends on inputs before the record.
@@ -34,13 +43,15 @@ impl Orders {
 #[derive(Debug, Clone)]
 pub struct LinearSystem {
     pub orders: Orders,
-    /// Without a numerator of its own.
+    /// Without a numerator of its own, and without the integrators.
     pub denominator: Rational,
-    /// Of every input, without its delay.
+    /// Of every input, without its delay: the coefficients of its [`terms`].
     pub numerators: Vec<Vec<f64>>,
     /// The numerator of the state at the start.
     start: Vec<f64>,
     pub offset: f64,
+    /// Of the powers of time.
+    pub trend: Vec<f64>,
 }
 
 impl LinearSystem {
@@ -56,6 +67,7 @@ impl LinearSystem {
             numerators: orders.inputs.iter().map(|i| next(i.count)).collect(),
             start: next(orders.poles),
             offset: next(1)[0],
+            trend: next(orders.integrators),
             denominator,
             orders: orders.clone(),
         }
@@ -64,7 +76,14 @@ impl LinearSystem {
     /// What multiplies the [`columns`].
     pub fn coefficients(&self) -> Vec<f64> {
         let numerators = self.numerators.iter().flatten();
-        numerators.chain(&self.start).copied().chain([self.offset]).collect()
+        let dynamic = numerators.chain(&self.start).copied();
+        dynamic.chain([self.offset]).chain(self.trend.iter().copied()).collect()
+    }
+
+    /// The sum of those [`columns`] that pass the denominator.
+    pub fn dynamic(&self, columns: &[Vec<f64>]) -> Vec<f64> {
+        let count = self.orders.numerators() + self.orders.poles;
+        combined(columns, &self.coefficients()[..count])
     }
 
     /// The output under these inputs.
@@ -87,31 +106,36 @@ impl LinearSystem {
         LinearSystem::new(&self.orders, denominator, coefficients)
     }
 
-    /// The denominator as a polynomial in the delay, the leading 1 first.
+    /// The denominator with the integrators as a polynomial in the delay, the leading 1 first.
     pub fn polynomial(&self) -> Vec<f64> {
         let system = self.denominator.transfer_function(0);
-        system.map_or(vec![1.0], |g| {
-            let mut a = g.a().to_vec();
-            a.resize(self.orders.poles + 1, 0.0);
-            a
-        })
+        let mut a = system.map_or(vec![1.0], |g| g.a().to_vec());
+        a.resize(self.orders.poles + 1, 0.0);
+        with_integrators(&a, self.orders.integrators)
+    }
+
+    /// The numerators as polynomials in the delay, without the delays of the inputs.
+    pub fn numerator_polynomials(&self) -> Vec<Vec<f64>> {
+        let each = self.numerators.iter();
+        each.map(|b| numerator_polynomial(b, self.orders.integrators)).collect()
     }
 }
 
-/// What the coefficients multiply: every input through the denominator after each of its lags, the ringing from the start, and one.
+/// What the coefficients multiply: the [`terms`] of every input through the denominator, the ringing from the start, one, and the powers of time.
 pub fn columns(orders: &Orders, denominator: &Rational, u: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let n = u.first().map_or(0, Vec::len);
     let mut columns = lagged(orders, u.iter().map(|u| denominator.all_pole(u)));
     let ringing = denominator.all_pole(&impulse(n));
     columns.extend((0..orders.poles).map(|k| delayed(&ringing, k, 1.0)));
     columns.push(vec![1.0; n]);
+    columns.extend(trend(n, orders.integrators));
     columns
 }
 
-/// Every signal after the lags of its input's numerator.
+/// The [`terms`] of every signal for its input's numerator, after its delay.
 pub fn lagged(orders: &Orders, signals: impl Iterator<Item = Vec<f64>>) -> Vec<Vec<f64>> {
     let each = orders.inputs.iter().zip(signals);
-    each.flat_map(|(i, signal)| (0..i.count).map(move |k| delayed(&signal, i.delay + k, 1.0)))
+    each.flat_map(|(i, signal)| terms(&delayed(&signal, i.delay, 1.0), orders.integrators, i.count))
         .collect()
 }
 

@@ -9,9 +9,10 @@ use super::super::block::{Monitor, Rational, Signals, linear_delays};
 
 use super::fit::Criterion;
 use super::held_back::HeldBack;
+use super::integrators as polynomials;
 use super::limits::LAST;
 use super::search::drifts_alone;
-use super::system::{LinearSystem, Numerator, Orders};
+use super::system::{LinearSystem, Numerator, Orders, combined};
 use super::{covariance, search};
 use crate::linear::TransferFunction;
 
@@ -28,7 +29,15 @@ fn orders(poles: usize, inputs: &[(usize, usize)]) -> Orders {
     let numerator = |&(delay, count): &(usize, usize)| Numerator { delay, count };
     Orders {
         poles,
+        integrators: 0,
         inputs: inputs.iter().map(numerator).collect(),
+    }
+}
+
+fn with_integrators(integrators: usize, poles: usize, inputs: &[(usize, usize)]) -> Orders {
+    Orders {
+        integrators,
+        ..orders(poles, inputs)
     }
 }
 
@@ -203,4 +212,85 @@ fn a_drift_of_the_output_adds_no_pole() {
     assert!(poles.iter().all(|pole| pole.norm() < 0.95), "{poles:?}");
     let gain = found.system.numerators[0].iter().sum::<f64>() / found.system.polynomial().iter().sum::<f64>();
     assert!((gain - 5.0).abs() < 0.5, "{gain}");
+}
+
+/// A force with a bias through d integrators and a lag: the output begins at 3 and moves at first.
+fn integrating(d: usize, n: usize, level: f64) -> Signals {
+    let u = noise(21, n);
+    let e = noise(22, n);
+    let force: Vec<f64> = u.iter().map(|u| u + 0.2).collect();
+    let a = polynomials::with_integrators(&[1.0, -0.7], d);
+    let clean = filtered(&[0.0, 0.1, 0.02], &a, &force);
+    let y = (0..n).map(|t| 3.0 + 0.01 * t as f64 + clean[t] + level * e[t]);
+    Signals::of_input(u, y.collect(), 0)
+}
+
+#[test]
+fn the_terms_of_a_numerator_are_its_polynomial_behind_the_integrators() {
+    let signal = noise(30, 50);
+    let coefficients = [0.3, -1.2, 0.7, 0.4];
+    for d in 0..=2 {
+        let sum = combined(&polynomials::terms(&signal, d, 4), &coefficients);
+        let b = polynomials::numerator_polynomial(&coefficients, d);
+        let direct = filtered(&b, &polynomials::with_integrators(&[1.0], d), &signal);
+        assert!(close(&sum, &direct, 1e-10), "{d}");
+    }
+}
+
+#[test]
+fn an_exact_integrating_system_is_found_with_its_bias() {
+    for d in 1..=2 {
+        let data = integrating(d, 300, 0.0);
+        // Of a double integrator, the free run leaves a pole that is hardly seen beside the long swings.
+        for &criterion in if d == 1 {
+            &Criterion::CHOOSING[..]
+        } else {
+            &[Criterion::Equation]
+        } {
+            let system = fitted(criterion, &with_integrators(d, 1, &[(1, 2)]), &data);
+            let a = polynomials::with_integrators(&[1.0, -0.7], d);
+            assert!(close(&system.polynomial(), &a, 1e-5), "{:?}", system.polynomial());
+            let numerator = &system.numerator_polynomials()[0];
+            assert!(close(numerator, &[0.1, 0.02], 1e-5), "{numerator:?}");
+            let gain = 0.12 / 0.3;
+            let bias = polynomials::bias(*system.trend.last().unwrap(), d, gain);
+            // At one integrator, the motion of 0.01 a sample is one with the bias.
+            let expected = if d == 1 { 0.2 + 0.01 / gain } else { 0.2 };
+            assert!((bias - expected).abs() < 1e-3, "{bias} {expected}");
+        }
+    }
+}
+
+#[test]
+fn integrators_are_found() {
+    for (d, level) in [(1, 0.5), (2, 50.0)] {
+        let found = with_monitor(|monitor| search(&integrating(d, 1200, level), monitor)).unwrap();
+        assert_eq!(found.system.orders.integrators, d, "{:?}", found.system.orders);
+    }
+}
+
+#[test]
+fn standard_errors_of_an_integrating_system_cover_its_coefficients() {
+    let (n, runs) = (500, 60);
+    let truth = [0.1, 0.02, -1.7, 0.7];
+    let (mut inside, mut count) = (0, 0);
+    for seed in 0..runs {
+        let u = noise(300 + seed, n);
+        let clean = filtered(&[0.0, 0.1, 0.02], &[1.0, -1.7, 0.7], &u);
+        let y = clean
+            .iter()
+            .zip(noise(700 + seed, n))
+            .map(|(y, e)| y + 0.3 * e)
+            .collect();
+        let data = Signals::of_input(u, y, 0);
+        let system = fitted(Criterion::FreeRun, &with_integrators(1, 1, &[(1, 2)]), &data);
+        let covariance = covariance(&system, &data).unwrap();
+        let estimate = [&system.numerator_polynomials()[0][..], &system.polynomial()[1..]].concat();
+        for (i, (estimate, truth)) in estimate.iter().zip(truth).enumerate() {
+            inside += usize::from((estimate - truth).abs() < 1.96 * covariance[i * 5].sqrt());
+            count += 1;
+        }
+    }
+    let share = f64::from(inside as u32) / f64::from(count as u32);
+    assert!((0.91..0.99).contains(&share), "{share}");
 }

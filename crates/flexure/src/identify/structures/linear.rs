@@ -2,10 +2,10 @@
 //!
 //! $$ Y_n = o + \sum_i \frac{B_i(z)}{A(z)} z^{-s_i} U^{(i)}_n + e_n $$
 //! Poles, delays and numerators are those whose free run goes on best through samples that were not fitted; see the module
-//! `output_error`. For a nonlinear system this is the best linear approximation under this input.
+//! `output_error`. An output that integrates has poles at 1, and a level of the input at which it would stand still. For a nonlinear system this is the best linear approximation under this input.
 
-use super::super::block::{Monitor, Prepared, Signals};
-use super::super::output_error::{LinearCandidate, LinearSystem, Search, covariance, search};
+use super::super::block::{Monitor, Prepared, Scale, Signals};
+use super::super::output_error::{LinearCandidate, LinearSystem, Search, bias, covariance, search};
 use super::limits::{FEWEST_SAMPLES, FEWEST_SAMPLES_AN_INPUT};
 use crate::error::{Error, Result};
 use crate::identify::request::{Progress, Request, Structure};
@@ -16,6 +16,7 @@ use crate::identify::result::{
 use crate::identify::run::Run;
 use crate::linear::TransferFunction;
 use crate::model::Block;
+use crate::text::number;
 
 /// The identification of a linear system by the free run.
 ///
@@ -63,46 +64,72 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     let gains: Vec<f64> = inputs.iter().map(|u| output.spread / u.spread).collect();
     let covariance = covariance(&found.system, &data);
     let blocks = blocks(&found.system, &gains, covariance.as_deref())?;
-    let levels = inputs.iter().zip(&blocks);
-    let through: f64 = levels.map(|(u, block)| block.system.static_gain() * u.mean).sum();
-    let offset = output.mean + output.spread * found.system.offset - through;
+    let level = output.mean + output.spread * found.system.offset;
+    let (offset, levels) = match found.system.orders.integrators {
+        0 => {
+            let through = inputs.iter().zip(&blocks).map(|(u, g)| g.system.static_gain() * u.mean);
+            (level - through.sum::<f64>(), None)
+        }
+        _ => (level, Some(input_levels(&found.system, &inputs))),
+    };
     let of_input = |(name, block): (&&str, LinearBlock)| Path {
         inputs: vec![(*name).to_owned()],
         blocks: vec![NamedBlock::new("linear", "Linear part", BlockKind::Linear(block))],
     };
     let paths: Vec<Path> = request.inputs.iter().zip(blocks).map(of_input).collect();
-    let model = match paths.as_slice() {
-        [only] => only.model(offset),
-        several => {
-            let blocks = several.iter().flat_map(Path::series).map(Block::Series).collect();
-            Block::Series(vec![Block::Inputs(blocks), Block::Offset(offset)])
-        }
+    let behind = |(i, path): (usize, &Path)| {
+        let level = levels.iter().map(|levels| Block::Offset(-levels[i]));
+        Block::Series(level.chain(path.series().flatten()).collect())
+    };
+    let mut each: Vec<Block> = paths.iter().enumerate().map(behind).collect();
+    let model = match paths.len() {
+        1 => Block::Series(vec![each.remove(0), Block::Offset(offset)]),
+        _ => Block::Series(vec![Block::Inputs(each), Block::Offset(offset)]),
     };
     let orders = &found.system.orders;
     let run = Run::new(&samples, model, paths, orders.parameters())?;
     Ok(Identification {
-        order: orders.poles,
+        order: orders.poles + orders.integrators,
         is_sum: request.inputs.len() > 1,
         output_offset: offset,
-        details: details(&found),
+        details: details(&found, levels),
         ..run.identification(&ROW, request)?
     })
+}
+
+/// What is taken from every input before an integrator: its mean, and of the input with the largest gain the constant that would hold the
+/// output still.
+fn input_levels(system: &LinearSystem, inputs: &[Scale]) -> Vec<f64> {
+    let d = system.orders.integrators;
+    let denominator = 1.0 / system.denominator.static_gain();
+    let gains = system.numerator_polynomials().into_iter();
+    let gains: Vec<f64> = gains.map(|b| b.iter().sum::<f64>() / denominator).collect();
+    let mut levels: Vec<f64> = inputs.iter().map(|u| u.mean).collect();
+    let largest = (0..gains.len()).max_by(|i, j| gains[*i].abs().total_cmp(&gains[*j].abs()));
+    if let (Some(i), Some(last)) = (largest, system.trend.last()) {
+        levels[i] -= inputs[i].spread * bias(*last, d, gains[i]);
+    }
+    levels
 }
 
 /// The linear part of every input in the record's units: `gains` are those of a system whose signals have unit variance.
 fn blocks(system: &LinearSystem, gains: &[f64], covariance: Option<&[f64]>) -> Result<Vec<LinearBlock>> {
     let a = system.polynomial();
-    let size: usize = system.orders.parameters() - 1;
+    let poles = system.orders.poles + system.orders.integrators;
+    let size = system.orders.numerators() + poles;
     let mut first = 0;
     let mut blocks = Vec::new();
-    for ((numerator, orders), gain) in system.numerators.iter().zip(&system.orders.inputs).zip(gains) {
+    for ((numerator, orders), gain) in system
+        .numerator_polynomials()
+        .iter()
+        .zip(&system.orders.inputs)
+        .zip(gains)
+    {
         let zeros = std::iter::repeat_n(0.0, orders.delay);
         let b = zeros.chain(numerator.iter().map(|b| gain * b)).collect();
         // The coefficients of this numerator, then those of the denominator.
-        let mine: Vec<usize> = (first..first + orders.count)
-            .chain(size - system.orders.poles..size)
-            .collect();
-        let scale = |k: usize| if k < size - system.orders.poles { *gain } else { 1.0 };
+        let mine: Vec<usize> = (first..first + orders.count).chain(size - poles..size).collect();
+        let scale = |k: usize| if k < size - poles { *gain } else { 1.0 };
         let pairs = mine.iter().flat_map(|i| mine.iter().map(move |j| (*i, *j)));
         let mine_alone =
             |all: &[f64]| -> Vec<f64> { pairs.map(|(i, j)| scale(i) * scale(j) * all[i * size + j]).collect() };
@@ -129,11 +156,11 @@ fn coefficient_errors(covariance: Vec<f64>, delay: usize, count: usize) -> Coeff
 }
 
 /// How the orders were chosen.
-fn details(found: &Search) -> Vec<Detail> {
+fn details(found: &Search, levels: Option<Vec<f64>>) -> Vec<Detail> {
     let orders = &found.system.orders;
     let entry = |c: &LinearCandidate| {
         Values::new([
-            ("order", c.orders.poles.into()),
+            ("order", (c.orders.poles + c.orders.integrators).into()),
             (
                 "delays",
                 c.orders.inputs.iter().map(|i| i.delay).collect::<Vec<_>>().into(),
@@ -148,12 +175,16 @@ fn details(found: &Search) -> Vec<Detail> {
     };
     let list: Vec<Values> = found.tried.iter().map(entry).collect();
     let best = |poles: usize| {
-        let errors = found.tried.iter().filter(|c| c.orders.poles == poles);
+        let errors = found
+            .tried
+            .iter()
+            .filter(|c| c.orders.poles + c.orders.integrators == poles);
         errors
             .map(LinearCandidate::relative_error)
             .fold(f64::INFINITY, f64::min)
     };
-    let tried: Vec<usize> = (0..=found.tried.iter().map(|c| c.orders.poles).max().unwrap_or(0))
+    let most = found.tried.iter().map(|c| c.orders.poles + c.orders.integrators).max();
+    let tried: Vec<usize> = (0..=most.unwrap_or(0))
         .filter(|poles| best(*poles).is_finite())
         .collect();
     let score = Score {
@@ -162,17 +193,33 @@ fn details(found: &Search) -> Vec<Detail> {
         logarithmic: false,
         x: tried.iter().map(|poles| *poles as f64).collect(),
         y: tried.iter().map(|poles| best(*poles)).collect(),
-        chosen: orders.poles as f64,
+        chosen: (orders.poles + orders.integrators) as f64,
     };
     let note = format!(
         "fewest parameters among the systems whose free run goes on as well as the best through samples held back; fitted by the {}",
         found.criterion.name()
     );
-    vec![
+    let integrates = levels.map(|levels| {
+        let note = "poles at 1, as the free run goes on better with them; the input at which the output would stand still counts as zero";
+        let at = levels.iter().map(|l| number(*l)).collect::<Vec<_>>().join(", ");
+        let text = format!("{} (input level {at})", orders.integrators);
+        [
+            Detail::new("integrators", orders.integrators).shown(Place::Fact, "Integrators", text, note),
+            Detail::new("input_levels", levels),
+        ]
+    });
+    let integrates: Vec<Detail> = integrates.into_iter().flatten().collect();
+    let others = vec![
         Detail::new("criterion", found.criterion.name()),
         Detail::new("candidates", list)
-            .shown(Place::Choice, "Poles", orders.poles.to_string(), &note)
+            .shown(
+                Place::Choice,
+                "Poles",
+                (orders.poles + orders.integrators).to_string(),
+                &note,
+            )
             .scored(Some(score)),
         Detail::new("nonlinearity", Value::None).unsaved(),
-    ]
+    ];
+    [integrates, others].concat()
 }

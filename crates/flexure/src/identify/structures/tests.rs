@@ -12,7 +12,7 @@ use crate::Error;
 use crate::error::{DataError, Result};
 use crate::identify::outcome::Warning;
 use crate::identify::request::{Options, Request, Structure};
-use crate::identify::result::Identification;
+use crate::identify::result::{Identification, Value};
 use crate::linear::TransferFunction;
 use crate::record::Record;
 
@@ -120,4 +120,26 @@ fn what_cannot_be_identified_is_refused() {
         let error = structure.identify(&of(400), &["u"], "z").unwrap_err();
         assert!(matches!(error, Error::Data(DataError::MissingColumn { .. })), "{error}");
     }
+}
+
+#[test]
+fn a_linear_output_that_integrates_goes_on_through_fresh_samples() {
+    let u: Vec<f64> = gaussian(1200, 5).iter().map(|e| 3.0 + e).collect();
+    // At an input of 2.9 it stands still.
+    let force: Vec<f64> = u.iter().map(|u| u - 2.9).collect();
+    let system = TransferFunction::new(vec![0.0, 0.2], vec![1.0, -1.5, 0.5]).unwrap();
+    let clean = system.simulate(&force);
+    let y: Vec<f64> = clean
+        .iter()
+        .zip(gaussian(1200, 6))
+        .map(|(y, e)| 7.0 + y + 0.05 * e)
+        .collect();
+    let found = identify(&LINEAR, &u, &y).unwrap();
+    assert_eq!(found.detail("integrators"), Some(&Value::Count(1)));
+    assert!(found.fit_percent() > 95.0 && found.holds(), "{}", found.fit_percent());
+    let block = found.linear("linear").unwrap();
+    assert!(block.static_gain().is_infinite());
+    let levels = found.detail("input_levels").unwrap().list();
+    let level = levels[0].number().unwrap();
+    assert!((level - 2.9).abs() < 0.02, "{level}");
 }

@@ -1,0 +1,57 @@
+//! Rows that are far from the curve: found in every regression, and left out where that is asked for.
+//!
+//! Left out is a row by a weight of zero, and the fit made again until the outliers stay the same: the M-estimate whose weight is 1 below the
+//! limit and 0 above.
+
+use flexure::nonlinearity::NamedEstimator;
+use flexure::outliers::far;
+
+use super::{Diagnosis, Regression, RegressionData};
+
+/// Usual residuals from which a row is an outlier. Normal ones have none in a million rows. Convention.
+const OUTLIER: f64 = 8.0;
+/// Share of the rows above which what is far from the curve is the nature of the noise. Convention.
+const MOST_OUTLIERS: f64 = 0.1;
+/// Fits at most. Two suffice where the first finds all outliers.
+const ROUNDS: usize = 5;
+
+/// The outliers among rows with these residuals: far from zero beside what is usual among rows with nearly the same x, or, of several columns,
+/// with nearly the same estimate.
+pub fn outliers(data: &RegressionData, rows: &[usize], fitted: &[f64], residuals: &[f64]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..rows.len()).filter(|&k| residuals[k].is_finite()).collect();
+    let place = |k: usize| match &data.x[..] {
+        [x] => x[rows[k]],
+        _ => fitted[k],
+    };
+    order.sort_by(|&j, &k| place(j).total_cmp(&place(k)));
+    let sizes: Vec<f64> = order.iter().map(|&k| residuals[k].abs()).collect();
+    let mut found: Vec<usize> = (far(&sizes, OUTLIER, f64::MIN_POSITIVE).into_iter())
+        .map(|at| rows[order[at]])
+        .collect();
+    found.sort_unstable();
+    match found.len() as f64 > MOST_OUTLIERS * rows.len() as f64 {
+        true => Vec::new(),
+        false => found,
+    }
+}
+
+/// The weights of all rows without the outliers, and the outliers.
+pub fn without_outliers(estimator: &NamedEstimator, data: &RegressionData) -> flexure::Result<(Vec<f64>, Vec<usize>)> {
+    let own: Vec<f64> = (0..data.y.len()).map(|row| data.weight(row)).collect();
+    let (mut weights, mut found) = (own.clone(), Vec::new());
+    for _ in 0..ROUNDS {
+        let kept = RegressionData {
+            weights: Some(&weights),
+            ..data.clone()
+        };
+        let regression = Regression::new(estimator.clone(), &kept)?;
+        let all = Diagnosis::new(&regression, data)?;
+        if all.outliers == found {
+            break;
+        }
+        found = all.outliers;
+        weights.clone_from(&own);
+        found.iter().for_each(|&row| weights[row] = 0.0);
+    }
+    Ok((weights, found))
+}

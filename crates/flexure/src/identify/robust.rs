@@ -1,0 +1,210 @@
+//! Outliers of the output: found in every result, and left out of the fit where that is asked for.
+//!
+//! A sample is an outlier if its error in the free run stands alone: it is far from the running median of five errors, in units of what is usual
+//! nearby and of the errors themselves. What a model cannot follow seldom does: its errors have neighbours.
+//!
+//! Left out is a sample whose place the model's own output takes, until the outliers stay the same. That is the M-estimate whose weight is 1 below the
+//! limit and 0 above, by Huber's (1981, section 7.8) pseudo-values, which serve all structures alike. The first fit has the samples that stand alone
+//! in the output itself drawn straight, as a fit that outliers ruined shows none.
+
+use super::outcome::Warning;
+use super::request::{Options, Progress, Request, Structure};
+use super::result::{Detail, Identification};
+use crate::error::Result;
+use crate::outliers::{distances, far, spread};
+use crate::record::{Record, bridged};
+
+/// Usual distances from which an error is an outlier. Normal errors have none in a million samples. Convention.
+const OUTLIER: f64 = 8.0;
+/// Share of the samples above which what stands alone is the nature of the noise. Convention: least squares of ten times as many others hold.
+const MOST_OUTLIERS: f64 = 0.1;
+/// Fits at most. Two suffice where the first finds all outliers.
+const ROUNDS: usize = 5;
+
+/// The samples of a signal that stand alone; those that are missing do not count.
+fn standing_alone(signal: &[f64]) -> Vec<usize> {
+    let known = bridged(signal);
+    // Smooth errors are their own running median.
+    let spread = spread(&known).max(f64::MIN_POSITIVE);
+    let found = far(&distances(&known), OUTLIER, spread).into_iter();
+    let found: Vec<usize> = found.filter(|t| signal[*t].is_finite()).collect();
+    match found.len() as f64 > MOST_OUTLIERS * signal.len() as f64 {
+        true => Vec::new(),
+        false => found,
+    }
+}
+
+fn output(request: &Request<'_>) -> Result<Vec<f64>> {
+    let each = request.records.iter().map(|record| record.column(request.output));
+    Ok(each.collect::<Result<Vec<_>>>()?.concat())
+}
+
+/// The outliers among the errors of a model.
+fn outliers(measured: &[f64], predicted: &[f64]) -> Vec<usize> {
+    let errors: Vec<f64> = measured.iter().zip(predicted).map(|(y, p)| y - p).collect();
+    standing_alone(&errors)
+}
+
+/// Says which outliers a result has.
+pub(super) fn warned(mut result: Identification, request: &Request<'_>) -> Result<Identification> {
+    let is_said = |w: &Warning| matches!(w, Warning::Outliers { .. });
+    if !result.warnings.iter().any(is_said) {
+        let samples = outliers(&output(request)?, &result.predicted);
+        say(&mut result, samples, false);
+    }
+    Ok(result)
+}
+
+fn say(result: &mut Identification, samples: Vec<usize>, left_out: bool) {
+    if !samples.is_empty() {
+        result.details.push(Detail::new("outliers", samples.clone()));
+        result.warnings.push(Warning::Outliers { samples, left_out });
+    }
+}
+
+/// The identification without the output's outliers.
+pub(super) fn identify(
+    structure: &Structure,
+    request: &Request<'_>,
+    progress: &mut Progress<'_>,
+) -> Result<Identification> {
+    let measured = output(request)?;
+    let mut found = standing_alone(&measured);
+    let mut kept = measured.clone();
+    found.iter().for_each(|t| kept[*t] = f64::NAN);
+    let mut kept = match found.is_empty() {
+        true => kept,
+        false => filled(&measured, &bridged(&kept), &found),
+    };
+    let mut round = 0;
+    loop {
+        round += 1;
+        let records = with_output(request, &kept)?;
+        let records: Vec<&Record> = records.iter().collect();
+        let options = Options {
+            robust: false,
+            ..request.options.clone()
+        };
+        let inner = Request::new(&records, request.inputs, request.output, options);
+        let stage = &mut |stage: &str| progress(&format!("without {} outliers, {stage}", found.len()));
+        let mut result = (structure.identify)(&inner, stage)?;
+        let next = outliers(&measured, &result.predicted);
+        if next == found || round == ROUNDS {
+            result.warnings.retain(|w| !matches!(w, Warning::Outliers { .. }));
+            result.details.retain(|d| d.key != "outliers");
+            say(&mut result, found, true);
+            return Ok(result);
+        }
+        kept = filled(&measured, &result.predicted, &next);
+        found = next;
+    }
+}
+
+/// The signal with others' values at some samples.
+fn filled(signal: &[f64], by: &[f64], at: &[usize]) -> Vec<f64> {
+    let mut filled = signal.to_vec();
+    at.iter().for_each(|t| filled[*t] = by[*t]);
+    filled
+}
+
+/// The records with another output.
+fn with_output(request: &Request<'_>, y: &[f64]) -> Result<Vec<Record>> {
+    let mut rest = y;
+    let mut with = |record: &&Record| -> Result<Record> {
+        let (mine, others) = rest.split_at(record.len());
+        rest = others;
+        let column = |(name, samples): (&str, &[f64])| match name == request.output {
+            true => (name.to_owned(), mine.to_vec()),
+            false => (name.to_owned(), samples.to_vec()),
+        };
+        Record::new(record.columns().map(column))
+    };
+    request.records.iter().map(&mut with).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+    use crate::identify::{HAMMERSTEIN, LINEAR};
+    use crate::systems::{KnownHammerstein, KnownNonlinearity, known_linear_parts};
+
+    const AT: [usize; 7] = [31, 260, 777, 778, 1100, 1390, 1820];
+
+    /// A dead zone with two poles, 2000 samples, and the same with seven outliers of up to 60 standard deviations of the output.
+    fn records() -> [Record; 2] {
+        let [linear, _] = known_linear_parts();
+        let clean = KnownHammerstein::usual(KnownNonlinearity::DeadZone, linear).simulate(2000, 3);
+        let [u, mut y] = ["u", "y"].map(|name| clean.column(name).unwrap().to_vec());
+        let spread = crate::linear::correlation::variance(&y).sqrt();
+        let record = |y: &[f64]| Record::new([("u", u.clone()), ("y", y.to_vec())]).unwrap();
+        let before = record(&y);
+        for (k, at) in AT.iter().enumerate() {
+            y[*at] += spread * (20.0 + 7.0 * k as f64) * if k % 3 == 0 { -1.0 } else { 1.0 };
+        }
+        [before, record(&y)]
+    }
+
+    fn identified(structure: &Structure, record: &Record, robust: bool) -> Identification {
+        let records = [record];
+        let options = Options {
+            robust,
+            ..Options::default()
+        };
+        let request = Request::new(&records, &["u"], "y", options);
+        structure
+            .identify_with(&request, &mut |_| std::ops::ControlFlow::Continue(()))
+            .unwrap()
+    }
+
+    fn said(result: &Identification) -> Option<(Vec<usize>, bool)> {
+        result.warnings.iter().find_map(|w| match w {
+            Warning::Outliers { samples, left_out } => Some((samples.clone(), *left_out)),
+            _ => None,
+        })
+    }
+
+    #[test]
+    fn outliers_are_named_and_the_robust_fit_is_that_without_them() {
+        let [clean, spoiled] = records();
+        for structure in [&HAMMERSTEIN, &LINEAR] {
+            let truth = identified(structure, &clean, false);
+            assert_eq!(said(&truth), None);
+            let plain = identified(structure, &spoiled, false);
+            assert_eq!(said(&plain), Some((AT.to_vec(), false)));
+            let robust = identified(structure, &spoiled, true);
+            assert_eq!(said(&robust), Some((AT.to_vec(), true)));
+            // Of the clean output, by the three models.
+            let y = clean.column("y").unwrap();
+            let error = |found: &Identification| -> f64 {
+                let errors = y.iter().zip(&found.predicted).map(|(y, p)| (y - p).powi(2));
+                errors.sum::<f64>().sqrt()
+            };
+            let [truth, plain, robust] = [&truth, &plain, &robust].map(error);
+            assert!(robust < 1.02 * truth, "{robust} {truth}");
+            assert!(plain > 1.2 * truth, "{plain} {truth}");
+        }
+    }
+
+    #[test]
+    fn a_robust_fit_of_a_record_without_outliers_is_the_plain_one() {
+        let [clean, _] = records();
+        let [plain, robust] = [false, true].map(|robust| identified(&LINEAR, &clean, robust));
+        assert_eq!(plain, robust);
+    }
+
+    #[test]
+    fn normal_noise_has_no_outliers_and_a_step_is_none() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(1);
+        let mut noise: Vec<f64> = (0..200_000).map(|_| StandardNormal.sample(&mut rng)).collect();
+        assert!(standing_alone(&noise).is_empty());
+        noise[70_000..].iter_mut().for_each(|v| *v += 100.0);
+        assert!(standing_alone(&noise).is_empty());
+        noise[500] = f64::NAN;
+        noise[900] = 30.0;
+        noise[901] = -30.0;
+        assert_eq!(standing_alone(&noise), [900, 901]);
+    }
+}

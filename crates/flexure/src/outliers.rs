@@ -1,0 +1,45 @@
+//! What stands alone, far from all that is near (Hampel 1974).
+
+use crate::quantiles::NORMAL_MAD;
+use crate::sort;
+
+/// Samples of a block over which the usual distance is taken. Convention.
+const BLOCK: usize = 100;
+
+/// How far every sample is from the running median of five, which leaves steps as they are.
+pub(crate) fn distances(samples: &[f64]) -> Vec<f64> {
+    let n = samples.len();
+    let distance = |t: usize| {
+        let half = t.min(n - 1 - t).min(2);
+        let mut near = [0.0; 5];
+        let near = &mut near[..=2 * half];
+        near.copy_from_slice(&samples[t - half..=t + half]);
+        near.sort_unstable_by(f64::total_cmp);
+        (samples[t] - near[half]).abs()
+    };
+    (0..n).map(distance).collect()
+}
+
+/// The standard deviation of normal samples with this median distance from their median.
+pub(crate) fn spread(samples: &[f64]) -> f64 {
+    if samples.is_empty() {
+        return 0.0;
+    }
+    let middle = sort::median(samples.to_vec());
+    sort::median(samples.iter().map(|v| (v - middle).abs()).collect()) / NORMAL_MAD
+}
+
+/// The distances of more than `times` the standard deviation that is usual nearby, which is at least `least`.
+pub fn far(distances: &[f64], times: f64, least: f64) -> Vec<usize> {
+    let usual: Vec<f64> = distances
+        .chunks(BLOCK)
+        .map(|block| sort::median(block.to_vec()) / NORMAL_MAD)
+        .collect();
+    let is_far = |t: &usize| {
+        let block = t / BLOCK;
+        let nearby = &usual[block.saturating_sub(1)..(block + 2).min(usual.len())];
+        let usual = nearby.iter().fold(least, |largest, u| largest.max(*u));
+        distances[*t] > times * usual
+    };
+    (0..distances.len()).filter(is_far).collect()
+}
