@@ -267,6 +267,18 @@ impl<'a> Outcome<'a> {
         }
     }
 
+    /// The same in a word or two, and whether nothing is wrong.
+    pub fn word(&self) -> (&'static str, bool) {
+        let word = match self.fault() {
+            Some(Fault::RunsAway) => "runs away",
+            Some(Fault::NotSimulated) => "not simulated",
+            Some(Fault::PoorMotion) => "poor motion",
+            Some(Fault::RefutedForm) => "form refuted",
+            None => "holds",
+        };
+        (word, self.fault().is_none())
+    }
+
     fn tone(&self) -> Tone {
         match self.fault() {
             Some(Fault::RunsAway | Fault::NotSimulated) => Tone::Bad,

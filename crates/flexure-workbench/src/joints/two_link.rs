@@ -1,12 +1,13 @@
 //! A two-link arm.
 
 use anyhow::Result;
-use flexure::identify::robot_joint::{AxisDrive, Estimated, TwoLinkArm};
+use flexure::identify::robot_joint::{AxisDrive, Estimated, Finding, TwoLinkArm};
 use flexure_report::data::JointPage;
 use serde_json::{Value, json};
 
 use super::arm_file::{self, Place, StartedArm};
 use super::flexible::{axis_json, curves, write_axis};
+use super::row::Row;
 use super::text::{Constant, Outcome, constants, with_error};
 use super::{Curves, Joint, Log, Motion, page, simulation};
 use crate::lines::Lines;
@@ -92,5 +93,14 @@ impl Joint for TwoLink {
             ("elbow's inertia", self.arm.elbow),
         ];
         links.into_iter().chain(motors).collect()
+    }
+
+    fn findings(&self) -> Vec<&Finding> {
+        self.arm.joints.iter().flat_map(|axis| &axis.link.findings).collect()
+    }
+
+    fn row(&self, motions: &[Motion]) -> Row {
+        let [shoulder, _] = &self.arm.joints;
+        Row::of_flexible(shoulder, &Outcome::new(motions, [&shoulder.model.friction]))
     }
 }
