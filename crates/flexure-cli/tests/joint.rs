@@ -1,6 +1,8 @@
 //! `flexure joint`: from a log to curves, parameters and an arm that moves the same way.
 
 mod common;
+#[path = "joint/axes.rs"]
+mod axes;
 #[path = "joint/arm.rs"]
 mod two_link;
 
