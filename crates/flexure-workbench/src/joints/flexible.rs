@@ -52,7 +52,7 @@ impl Joint for Flexible {
         let (axis, log) = (&self.axis, &self.log);
         let mut lines = Lines::new();
         let inertia = format!("link inertia {}", inertia_text(axis.link.inertia, &Units::of(false)));
-        Outcome::new(motions, [&axis.model.friction]).write_headline("Flexible joint", &inertia, &mut lines);
+        Outcome::new(motions, [&axis.model.friction], &axis.link.findings).write_headline("Flexible joint", &inertia, &mut lines);
         lines.item("log", format!("{} samples of {}", log.samples(), log.name));
         write_axis(axis, "link inertia", motions.first(), "torque", &mut lines);
         lines
@@ -87,7 +87,7 @@ impl Joint for Flexible {
     }
 
     fn row(&self, motions: &[Motion]) -> Row {
-        Row::of_flexible(&self.axis, &Outcome::new(motions, [&self.axis.model.friction]))
+        Row::of_flexible(&self.axis, &Outcome::new(motions, [&self.axis.model.friction], &self.axis.link.findings))
     }
 }
 

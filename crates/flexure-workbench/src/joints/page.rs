@@ -34,7 +34,7 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, motions: &[Motion]) -> 
     JointPage {
         title: "A rigid axis".to_owned(),
         subtitle: subtitle("Friction and inertia", log),
-        verdict: Some(Outcome::new(motions, [best]).verdict()),
+        verdict: Some(Outcome::new(motions, [best], &axis.findings).verdict()),
         facts: vec![
             inertia("Inertia", axis.inertia, units.inertia()),
             Fact::new("Distance of the best form", distance, from),
@@ -63,7 +63,7 @@ pub fn flexible(axis: &FlexibleAxis, log: &Log, motions: &[Motion]) -> JointPage
     JointPage {
         title: "A flexible joint".to_owned(),
         subtitle: subtitle("Friction, stiffness and inertia", log),
-        verdict: Some(Outcome::new(motions, [&axis.model.friction]).verdict()),
+        verdict: Some(Outcome::new(motions, [&axis.model.friction], &axis.link.findings).verdict()),
         facts: vec![
             inertia("Motor inertia", axis.motor_inertia, "kg m^2"),
             inertia("Link inertia", axis.link.inertia, "kg m^2"),
@@ -85,10 +85,12 @@ pub fn flexible(axis: &FlexibleAxis, log: &Log, motions: &[Motion]) -> JointPage
 /// The page of a two-link arm.
 pub fn two_link(arm: &TwoLinkArm, log: &Log, motions: &[Motion]) -> JointPage {
     let units = Units::of(false);
+    let frictions = arm.joints.iter().map(|axis| &axis.model.friction);
+    let findings = arm.joints.iter().flat_map(|axis| &axis.link.findings);
     let mut page = JointPage {
         title: "A two-link arm".to_owned(),
         subtitle: subtitle("Friction, stiffness and inertia of both joints", log),
-        verdict: Some(Outcome::new(motions, arm.joints.iter().map(|axis| &axis.model.friction)).verdict()),
+        verdict: Some(Outcome::new(motions, frictions, findings).verdict()),
         facts: constants(arm).into_iter().map(constant).collect(),
         ..JointPage::default()
     };

@@ -95,7 +95,7 @@ impl Joint for Rigid {
         let best = axis.friction.best();
         let inertia = inertia_text(axis.inertia, &units);
         let mut lines = Lines::new();
-        Outcome::new(motions, [best]).write_headline("Rigid axis", &format!("inertia {inertia}"), &mut lines);
+        Outcome::new(motions, [best], &axis.findings).write_headline("Rigid axis", &format!("inertia {inertia}"), &mut lines);
         lines.item("log", format!("{} samples of {}", log.samples(), log.name));
         lines.item("inertia", format!("{inertia}, beside the free friction curve"));
         let velocity = format!("{}/s", units.position);
@@ -148,7 +148,7 @@ impl Joint for Rigid {
     }
 
     fn row(&self, motions: &[Motion]) -> Row {
-        Row::of_rigid(&self.axis, &Outcome::new(motions, [self.axis.friction.best()]))
+        Row::of_rigid(&self.axis, &Outcome::new(motions, [self.axis.friction.best()], &self.axis.findings))
     }
 }
 

@@ -236,6 +236,8 @@ pub struct Outcome<'a> {
     fits: Vec<(&'static str, f64)>,
     /// A form of friction for every axis.
     frictions: Vec<&'a Fitted>,
+    /// Why nothing of it is to be trusted yet.
+    doubts: Vec<&'static str>,
 }
 
 /// What is wrong with it, the worst first.
@@ -244,13 +246,21 @@ enum Fault {
     RunsAway,
     NotSimulated,
     PoorMotion,
+    Doubtful,
     RefutedForm,
 }
 
 impl<'a> Outcome<'a> {
-    /// Of simulated motions, and of a form of friction for every axis.
-    pub fn new(motions: &[Motion], frictions: impl IntoIterator<Item = &'a Fitted>) -> Self {
+    /// Of simulated motions, of a form of friction for every axis, and of what was found besides.
+    pub fn new(
+        motions: &[Motion],
+        frictions: impl IntoIterator<Item = &'a Fitted>,
+        findings: impl IntoIterator<Item = &'a Finding>,
+    ) -> Self {
+        let mut doubts: Vec<&str> = findings.into_iter().filter_map(Finding::doubt).collect();
+        doubts.dedup();
         Outcome {
+            doubts,
             fits: motions.iter().map(|m| (m.drive, m.fit.percent)).collect(),
             frictions: frictions.into_iter().collect(),
         }
@@ -262,6 +272,7 @@ impl<'a> Outcome<'a> {
             true => Some(Fault::NotSimulated),
             false if below(RUN_AWAY) => Some(Fault::RunsAway),
             false if below(POOR) => Some(Fault::PoorMotion),
+            false if !self.doubts.is_empty() => Some(Fault::Doubtful),
             false if self.frictions.iter().any(|form| is_refuted(form)) => Some(Fault::RefutedForm),
             false => None,
         }
@@ -273,6 +284,7 @@ impl<'a> Outcome<'a> {
             Some(Fault::RunsAway) => "runs away",
             Some(Fault::NotSimulated) => "not simulated",
             Some(Fault::PoorMotion) => "poor motion",
+            Some(Fault::Doubtful) => "doubtful",
             Some(Fault::RefutedForm) => "form refuted",
             None => "holds",
         };
@@ -282,7 +294,7 @@ impl<'a> Outcome<'a> {
     fn tone(&self) -> Tone {
         match self.fault() {
             Some(Fault::RunsAway | Fault::NotSimulated) => Tone::Bad,
-            Some(Fault::PoorMotion | Fault::RefutedForm) => Tone::Caution,
+            Some(Fault::PoorMotion | Fault::Doubtful | Fault::RefutedForm) => Tone::Caution,
             None => Tone::Good,
         }
     }
@@ -305,9 +317,13 @@ impl<'a> Outcome<'a> {
         )
     }
 
-    /// The first line of its text: `what` it is, its `inertia`, and how near its simulated motions are.
+    /// The first line of its text: `what` it is, whether that is to be trusted, its `inertia`, and how near its simulated motions are.
     pub fn write_headline(&self, what: &str, inertia: &str, lines: &mut Lines) {
-        lines.headline(self.tone(), format!("{what}: {inertia}; {}", self.motion()));
+        let doubts = match &self.doubts[..] {
+            [] => String::new(),
+            doubts => format!(" not to be trusted, because {}", doubts.join(", and ")),
+        };
+        lines.headline(self.tone(), format!("{what}{doubts}: {inertia}; {}", self.motion()));
     }
 
     /// The same as the verdict of its page.
@@ -317,6 +333,7 @@ impl<'a> Outcome<'a> {
             Some(Fault::RunsAway) => "The simulated motion runs away",
             Some(Fault::NotSimulated) => "No motion can be simulated with what was found",
             Some(Fault::PoorMotion) => "The simulated motion is far from the measured one",
+            Some(Fault::Doubtful) => "The log does not tell what was found well enough to be trusted",
             Some(Fault::RefutedForm) => "The free curve refutes the form of the friction",
             None => "Nothing refutes the form of the friction",
         };
@@ -339,10 +356,14 @@ impl<'a> Outcome<'a> {
             format!("{joint}{}: {}", titled(form), lack_text(form))
         };
         let refuted = self.frictions.iter().any(|form| is_refuted(form));
-        let usable = matches!(fault, Some(Fault::RefutedForm | Fault::PoorMotion));
+        let usable = matches!(
+            fault,
+            Some(Fault::RefutedForm | Fault::Doubtful | Fault::PoorMotion)
+        );
         let advice = (refuted && usable).then(|| "Where that matters, use the curve instead of the form".to_owned());
         let forms = self.frictions.iter().enumerate().map(form);
-        let sentences = [motion].into_iter().chain(forms).chain(advice);
+        let doubts = self.doubts.iter().map(|doubt| capitalised(doubt));
+        let sentences = doubts.chain([motion]).chain(forms).chain(advice);
         Verdict {
             headline: headline.to_owned(),
             holds: fault.is_none(),

@@ -62,7 +62,7 @@ impl Joint for TwoLink {
         let mut lines = Lines::new();
         let elbow = format!("elbow's inertia {} kg m^2", with_error(self.arm.elbow));
         let frictions = self.arm.joints.iter().map(|axis| &axis.model.friction);
-        Outcome::new(motions, frictions).write_headline("Two-link arm", &elbow, &mut lines);
+        Outcome::new(motions, frictions, self.findings()).write_headline("Two-link arm", &elbow, &mut lines);
         lines.item("log", format!("{} samples of {}", log.samples(), log.name));
         for Constant { name, formula, value } in constants(&self.arm) {
             lines.item(name, format!("{} kg m^2, {formula}", with_error(value)));
@@ -101,6 +101,6 @@ impl Joint for TwoLink {
 
     fn row(&self, motions: &[Motion]) -> Row {
         let [shoulder, _] = &self.arm.joints;
-        Row::of_flexible(shoulder, &Outcome::new(motions, [&shoulder.model.friction]))
+        Row::of_flexible(shoulder, &Outcome::new(motions, [&shoulder.model.friction], &shoulder.link.findings))
     }
 }
