@@ -220,7 +220,8 @@ impl Axis {
         match &self.found {
             Err(error) => vec![(Tone::Bad, format!("{error:#}"))],
             Ok(found) => {
-                let findings = found.joint.findings().iter().map(ToString::to_string);
+                let findings = found.joint.findings();
+                let findings = findings.iter().map(ToString::to_string);
                 let notes = found.remark.iter().cloned().chain(findings);
                 notes.map(|note| (Tone::Caution, note)).collect()
             }

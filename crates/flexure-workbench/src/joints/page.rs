@@ -52,8 +52,7 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, motions: &[Motion]) -> 
         )],
         tables: best_first(&axis.friction).map(|f| table(f, units)).collect(),
         motions: comparisons(log, 0, &axis.reconstructed, motions, units, ""),
-        command: None,
-        python: None,
+        ..JointPage::default()
     }
 }
 
@@ -77,8 +76,7 @@ pub fn flexible(axis: &FlexibleAxis, log: &Log, motions: &[Motion]) -> JointPage
         curves: joint_curves(axis, ""),
         tables: tables(axis, &units, "").collect(),
         motions: comparisons(log, 0, &axis.link.reconstructed, motions, &units, ""),
-        command: None,
-        python: None,
+        ..JointPage::default()
     }
 }
 
