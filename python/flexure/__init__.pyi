@@ -1,4 +1,4 @@
-from . import arms, chains, control, joints, plots, prepare, records, regression, results, streams, systems
+from . import arms, axes, chains, control, joints, plots, prepare, records, regression, results, streams, systems
 from ._core import (
     DataError,
     FileError,
@@ -10,6 +10,7 @@ from ._core import (
 )
 from .arms import Arm
 from .chains import Chain
+from .axes import identify_axes
 from .joints import identify_joint
 from .records import read
 from .regression import KernelRegressor, KNNRegressor, SeriesRegressor, SplineRegressor
@@ -69,6 +70,7 @@ __all__ = [
     "WienerHammerstein",
     "__version__",
     "estimator",
+    "identify_axes",
     "identify_joint",
     "load",
     "read",

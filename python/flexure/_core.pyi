@@ -19,6 +19,7 @@ __all__ = [
     "FileError",
     "FlexureError",
     "Identification",
+    "Axes",
     "Joint",
     "Model",
     "ParameterError",
@@ -32,6 +33,7 @@ __all__ = [
     "Sums",
     "TooShortError",
     "__version__",
+    "identify_axes",
     "identify_joint",
     "prepare",
     "read_record",
@@ -77,6 +79,21 @@ def identify_joint(
     level: float = 0.95,
     position_loop: tuple[_Array, float, float, float] | None = None,
 ) -> Joint: ...
+def identify_axes(
+    axes: Sequence[tuple[str, str | None, str | None, tuple[_Array, _Array, _Array | None, _Array | None] | None]],
+    sample_time: float,
+    *,
+    gravity: bool = False,
+    spring: bool = False,
+    prismatic: bool = False,
+    level: float = 0.95,
+) -> Axes: ...
+@final
+class Axes:
+    def json(self) -> str: ...
+    def summary(self) -> str: ...
+    def page(self) -> str: ...
+
 @final
 class Joint:
     def json(self) -> str: ...

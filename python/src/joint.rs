@@ -8,11 +8,13 @@ use flexure::Record;
 use flexure::identify::robot_joint::{AxisDrive, Extra};
 use flexure_io::RecordFile;
 use flexure_io::arm::{ArmFile, Excitation};
-use flexure_workbench::joints::{AxisLog, Joint as Identified, Log, Motion, Place, Settings, identify};
+use flexure_workbench::joints::{
+    Axes as IdentifiedAxes, AxisLog, Found, Joint as Identified, Log, Motion, Place, Settings, identify,
+};
 use pyo3::prelude::*;
 
 use crate::arrays::Column;
-use crate::errors::{ParameterError, of_any};
+use crate::errors::{DataError, ParameterError, of_any};
 use crate::names::argument;
 use crate::run::interruptible;
 
@@ -144,14 +146,9 @@ pub fn identify_joint(
             axes: axes.collect(),
             columns: BTreeMap::new(),
         };
-        let mut extras = Vec::new();
-        extras.extend(gravity.then_some(Extra::Gravity));
-        extras.extend(spring.then_some(Extra::Spring));
         let settings = Settings {
-            extras,
-            prismatic,
             motor_inertia,
-            level,
+            ..settings(gravity, spring, prismatic, level)
         };
         let file = RecordFile::in_memory(Record::new::<String>([])?, LOG);
         let found = identify(log, &settings, &file, argument)?;
@@ -166,4 +163,104 @@ pub fn identify_joint(
     joint
         .map(|session| Joint(Arc::new(session)))
         .map_err(|error: anyhow::Error| of_any(&error))
+}
+
+fn settings(gravity: bool, spring: bool, prismatic: bool, level: f64) -> Settings {
+    let mut extras = Vec::new();
+    extras.extend(gravity.then_some(Extra::Gravity));
+    extras.extend(spring.then_some(Extra::Spring));
+    Settings {
+        extras,
+        prismatic,
+        motor_inertia: None,
+        level,
+    }
+}
+
+/// Several axes of a log, each identified alone.
+#[pyclass(frozen, module = "flexure._core")]
+pub struct Axes(Arc<IdentifiedAxes>);
+
+#[pymethods]
+impl Axes {
+    /// The object that `flexure joint --axis ... --json` prints, as text, without files.
+    fn json(&self) -> String {
+        self.0.json().to_string()
+    }
+
+    /// The text that `flexure joint --axis ...` prints.
+    fn summary(&self) -> String {
+        self.0.summary().to_string()
+    }
+
+    /// The page that `flexure joint --axis ... --report` writes.
+    fn page(&self, py: Python<'_>) -> PyResult<String> {
+        let axes = Arc::clone(&self.0);
+        let made = interruptible(py, move |_| axes.html(None, None))?;
+        made.map_err(|error| of_any(&error))
+    }
+}
+
+/// The columns of one axis: torque, position, motor and velocity; or why it has none.
+type AxisColumns = Result<(Vec<f64>, Vec<f64>, Option<Vec<f64>>, Option<Vec<f64>>), String>;
+
+/// Identifies several axes, each alone, from their names, what is to be known of their columns, and the columns or why there are none.
+#[pyfunction]
+#[pyo3(signature = (axes, sample_time, *, gravity=false, spring=false, prismatic=false, level=0.95))]
+#[expect(clippy::type_complexity, reason = "one tuple an axis")]
+pub fn identify_axes(
+    py: Python<'_>,
+    axes: Vec<(
+        String,
+        Option<String>,
+        Option<String>,
+        Option<(Column, Column, Option<Column>, Option<Column>)>,
+    )>,
+    sample_time: f64,
+    gravity: bool,
+    spring: bool,
+    prismatic: bool,
+    level: f64,
+) -> PyResult<Axes> {
+    let samples = |column: &Column| column.samples().to_vec();
+    let names: Vec<String> = axes.iter().map(|(name, ..)| name.clone()).collect();
+    let logs: Vec<(Option<String>, AxisColumns)> = axes
+        .iter()
+        .map(|(_, remark, error, columns)| {
+            let columns = columns.as_ref().map(|(torque, position, motor, velocity)| {
+                let [motor, velocity] = [motor, velocity].map(|column| column.as_ref().map(samples));
+                (samples(torque), samples(position), motor, velocity)
+            });
+            (remark.clone(), columns.ok_or_else(|| error.clone().unwrap_or_default()))
+        })
+        .collect();
+    let found = interruptible(py, move |_| {
+        let settings = settings(gravity, spring, prismatic, level);
+        let file = RecordFile::in_memory(Record::new::<String>([])?, LOG);
+        IdentifiedAxes::new(LOG, prismatic, &names, |i, _| {
+            let (remark, columns) = &logs[i];
+            let (torque, position, motor, velocity) = columns.clone().map_err(anyhow::Error::msg)?;
+            let log = Log {
+                name: LOG.to_owned(),
+                sample_time,
+                axes: vec![AxisLog {
+                    torque,
+                    position,
+                    motor,
+                    velocity,
+                }],
+                columns: BTreeMap::new(),
+            };
+            let joint = identify(log, &settings, &file, argument)?;
+            let motions = joint.simulate(None)?;
+            Ok(Found {
+                joint,
+                motions,
+                remark: remark.clone(),
+            })
+        })
+    })?;
+    found
+        .map(|axes| Axes(Arc::new(axes)))
+        .map_err(|error| DataError::new_err(format!("{error:#}")))
 }

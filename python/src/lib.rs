@@ -37,7 +37,7 @@ mod _core {
     #[pymodule_export]
     use crate::identification::{Identification, StructureRow, structures};
     #[pymodule_export]
-    use crate::joint::{Joint, identify_joint};
+    use crate::joint::{Axes, Joint, identify_axes, identify_joint};
     #[pymodule_export]
     use crate::model::PyModel;
     #[pymodule_export]

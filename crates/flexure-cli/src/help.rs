@@ -29,6 +29,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
             "link",
             "velocity",
             "reference",
+            "axis",
             "sample-time",
             "by",
         ],

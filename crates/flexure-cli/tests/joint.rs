@@ -1,5 +1,7 @@
 //! `flexure joint`: from a log to curves, parameters and an arm that moves the same way.
 
+#[path = "joint/axes.rs"]
+mod axes;
 mod common;
 #[path = "joint/arm.rs"]
 mod two_link;

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::Result;
 use crate::check;
-use crate::data::{Comparison, Fact, JointPage, ParameterTable, Verdict};
+use crate::data::{Comparison, Fact, JointCurve, JointPage, ParameterTable, Table, Verdict};
 use crate::payload::{NonlinearityPlot, PredictionPlot, nonlinearity, prediction};
 use crate::regression::{Cloud, cloud};
 use crate::text::{count, name_and_unit, number};
@@ -34,6 +34,10 @@ pub(crate) struct Text<'a> {
     curves: Vec<CurveText<'a>>,
     tables: &'a [ParameterTable],
     motions: Vec<MotionText<'a>>,
+    overview: Option<&'a Table>,
+    axes: Vec<Text<'a>>,
+    /// The numbers of its first curve and of its first motion among those of the page.
+    first: [usize; 2],
     command: Option<&'a str>,
     python: Option<&'a str>,
     version: &'static str,
@@ -72,29 +76,38 @@ pub(crate) fn check(page: &JointPage) -> Result<()> {
     for (k, motion) in page.motions.iter().enumerate() {
         check::prediction(&format!("motions[{k}].prediction"), &motion.prediction)?;
     }
-    Ok(())
+    page.axes.iter().try_for_each(check)
 }
 
 /// Reduces a checked page to what its plots need.
 pub(crate) fn payload(page: &JointPage) -> Payload<'_> {
-    Payload {
-        curves: page
-            .curves
-            .iter()
-            .map(|c| CurvePlot {
-                curve: nonlinearity(&c.curve),
-                dashed: c.dashed,
-                points: cloud(&c.points),
-            })
-            .collect(),
+    let curve = |c: &JointCurve| CurvePlot {
+        curve: nonlinearity(&c.curve),
+        dashed: c.dashed,
+        points: cloud(&c.points),
+    };
+    let mut plots = Payload {
+        curves: page.curves.iter().map(curve).collect(),
         motions: page.motions.iter().map(motion_plot).collect(),
+    };
+    for of_axis in page.axes.iter().map(payload) {
+        plots.curves.extend(of_axis.curves);
+        plots.motions.extend(of_axis.motions);
     }
+    plots
 }
 
 /// The page's text.
 pub(crate) fn text<'a>(page: &'a JointPage, payload: &Payload<'_>) -> Text<'a> {
-    let curves = page.curves.iter().zip(&payload.curves);
-    let motions = page.motions.iter().zip(&payload.motions);
+    numbered(page, payload, &mut [0, 0])
+}
+
+/// The text of a page or of one of its axes, whose curves and motions are those from `next` on.
+fn numbered<'a>(page: &'a JointPage, payload: &Payload<'_>, next: &mut [usize; 2]) -> Text<'a> {
+    let first = *next;
+    *next = [first[0] + page.curves.len(), first[1] + page.motions.len()];
+    let curves = page.curves.iter().zip(&payload.curves[first[0]..]);
+    let motions = page.motions.iter().zip(&payload.motions[first[1]..]);
     Text {
         title: &page.title,
         subtitle: &page.subtitle,
@@ -115,6 +128,9 @@ pub(crate) fn text<'a>(page: &'a JointPage, payload: &Payload<'_>) -> Text<'a> {
             .collect(),
         tables: &page.tables,
         motions: motions.map(|(m, plot)| motion_text(m, plot)).collect(),
+        overview: page.overview.as_ref(),
+        axes: page.axes.iter().map(|axis| numbered(axis, payload, next)).collect(),
+        first,
         command: page.command.as_deref(),
         python: page.python.as_deref(),
         version: env!("CARGO_PKG_VERSION"),

@@ -56,6 +56,19 @@ impl Number {
     }
 }
 
+/// The names of columns that the options give.
+#[derive(Debug, Clone)]
+pub struct Names {
+    pub torque: String,
+    pub position: Option<String>,
+    pub motor: Option<String>,
+    pub link: Option<String>,
+    pub velocity: Option<String>,
+    pub reference: Option<String>,
+    /// Whether the position is the motor's, before the gear.
+    pub at_motor: bool,
+}
+
 /// The columns of a joint, or of both joints of an arm, each kind in the order of the joints.
 pub struct Columns {
     torque: Vec<String>,
@@ -63,6 +76,7 @@ pub struct Columns {
     position: Vec<String>,
     motor: Vec<String>,
     velocity: Option<String>,
+    at_motor: bool,
 }
 
 impl Columns {
@@ -72,15 +86,15 @@ impl Columns {
     ///
     /// # Errors
     /// Wrong usage for two columns of one kind and one of another.
-    pub fn new(file: &RecordFile, arguments: &Arguments) -> Result<Columns, Usage> {
-        let link = arguments.position().or(arguments.link.as_deref());
+    pub fn new(file: &RecordFile, given: &Names) -> Result<Columns, Usage> {
+        let link = given.position.as_deref().or(given.link.as_deref());
         let names = [
-            ("motor", arguments.motor.as_deref().unwrap_or_default()),
+            ("motor", given.motor.as_deref().unwrap_or_default()),
             ("link", link.unwrap_or_default()),
-            ("torque", arguments.torque()),
+            ("torque", &given.torque),
         ];
         let split = names.map(|(_, text)| pair(file, text));
-        let paired = |i: usize| split[i].is_some() && !(names[i].0 == "link" && arguments.position().is_some());
+        let paired = |i: usize| split[i].is_some() && !(names[i].0 == "link" && given.position.is_some());
         let [motor, position, torque] = match [0, 1, 2].map(paired) {
             [true, true, true] => split.map(Option::unwrap_or_default),
             [false, false, false] => names.map(|(_, text)| vec![text.to_owned()]),
@@ -94,8 +108,9 @@ impl Columns {
         let columns = Columns {
             torque,
             position,
-            motor: if arguments.motor.is_some() { motor } else { Vec::new() },
-            velocity: arguments.velocity.clone(),
+            motor: if given.motor.is_some() { motor } else { Vec::new() },
+            velocity: given.velocity.clone(),
+            at_motor: given.at_motor,
         };
         columns.check_distinct()?;
         Ok(columns)
@@ -159,13 +174,15 @@ impl Columns {
         let constant = arguments.torque_on_link(file)?;
         let scaled =
             |name: &String, by: f64| -> Result<Vec<f64>> { Ok(file.finite(name)?.iter().map(|v| v * by).collect()) };
+        let before_gear = 1.0 / arguments.gear_ratio;
+        let position_by = if self.at_motor { before_gear } else { 1.0 };
         let mut axes = Vec::new();
         for i in 0..self.joints() {
             let motor = self.motor.get(i);
             axes.push(AxisLog {
                 torque: scaled(&self.torque[i], constant)?,
-                position: scaled(&self.position[i], 1.0)?,
-                motor: motor.map(|name| scaled(name, 1.0 / arguments.gear_ratio)).transpose()?,
+                position: scaled(&self.position[i], position_by)?,
+                motor: motor.map(|name| scaled(name, before_gear)).transpose()?,
                 velocity: self.velocity.as_ref().map(|name| scaled(name, 1.0)).transpose()?,
             });
         }

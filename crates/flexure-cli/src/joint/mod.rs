@@ -1,5 +1,6 @@
 //! `flexure joint`: a joint's friction, stiffness and inertia from its log.
 
+mod axes;
 mod log;
 mod python;
 
@@ -19,13 +20,18 @@ use crate::output::{print, print_result, this_command};
 use crate::progress::spinning;
 use crate::reading::Reading;
 use crate::simulate::read_arm;
-use log::{Columns, Number};
+use axes::AxisNames;
+use log::{Columns, Names, Number};
 
 /// Find a joint's friction, stiffness and inertia from its log.
 ///
 /// A rigid axis needs its position and its torque: --position, --torque. A flexible joint needs the angles of motor and link, and the torque:
 /// --motor, --link, --torque. A two-link arm needs two columns of each: --motor qm1,qm2 --link q1,q2 --torque tau1,tau2. Its curves go to two
 /// files, with -1 and -2 before their extension. Velocities and accelerations need not be logged.
+///
+/// With --axis 1..6, every axis of a log is identified alone: {} in the names of columns stands for the axis. The result is a table with a
+/// row an axis; an axis that cannot be identified has its reason there, and the others go on. The exit code is 0 if at least one axis was
+/// identified. Curves go to a file an axis, with the axis before the extension.
 ///
 /// The curves of friction and stiffness are estimated without a form, with confidence bands. Then forms with physical parameters are fitted.
 /// Each parameter has a standard error, or the range that the data support. A record is CSV, columns between spaces, Parquet, MAT, HDF5,
@@ -38,6 +44,7 @@ use log::{Columns, Number};
     flexure joint bag.mcap --joint elbow --report elbow.html\n  \
     flexure joint arm.csv --motor qm1 --link q1 --torque tau1 --arm arm.toml --stiffness k.csv\n  \
     flexure joint arm.csv --motor qm1,qm2 --link q1,q2 --torque tau1,tau2 --arm arm.toml --report arm.html\n  \
+    flexure joint robot.csv --axis 1..6 --motor qm{} --link q{} --torque tau{} --report robot.html\n  \
     flexure simulate arm.toml -o again.csv")]
 pub struct Arguments {
     /// The record.
@@ -58,6 +65,10 @@ pub struct Arguments {
     /// The column of a rigid axis's velocity; by default it is derived from the position.
     #[arg(long, value_name = "COLUMN", conflicts_with = "motor")]
     velocity: Option<String>,
+    /// Identify several axes, each alone: 1..6, or 1,3, or names; {} in the names of columns stands for the axis. An axis without a
+    /// column of its link's angle is a rigid one at its motor.
+    #[arg(long, value_name = "AXES", value_parser = axes::names, conflicts_with_all = ["arm", "motor_inertia", "joint"])]
+    axis: Option<AxisNames>,
     /// Torque for each unit of the torque column: a number, or the name of a constant of a MAT file.
     #[arg(long, value_name = "K", default_value = "1", allow_hyphen_values = true, value_parser = log::number)]
     torque_constant: Number,
@@ -126,8 +137,12 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     arguments.refuse_arm_with_extras()?;
     arguments.check_files()?;
+    if let Some(axes) = &arguments.axis {
+        return axes::run(arguments, axes);
+    }
     let file = arguments.reading.read(&arguments.record)?;
-    let columns = Columns::new(&file, arguments)?;
+    let names = arguments.names();
+    let columns = Columns::new(&file, &names)?;
     if columns.joints() == 2 {
         arguments.check_two_joints()?;
     }
@@ -136,7 +151,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let joint = spinning("identifying", || {
         identify(log, &arguments.settings(), &file, arguments::option)
     })?;
-    let position_loop = arguments.position_loop(&file)?;
+    let position_loop = arguments.position_loop(&file, &names)?;
     let motions = spinning("simulating", || joint.simulate(position_loop))?;
 
     // Everything is made before anything is written.
@@ -151,7 +166,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         None => None,
         Some(path) => Some((path, joint.arm_file(arguments.place(&columns, &file)?)?)),
     };
-    let mut written = arguments.write_curves(&joint.curves()?)?;
+    let curves = joint.curves()?;
+    let numbers = (1..=curves.len()).map(|i| (curves.len() > 1).then(|| i.to_string()));
+    let mut written = arguments.write_curves(numbers.zip(&curves))?;
     for (path, text) in [arm, page].into_iter().flatten() {
         write_text(path, &text)?;
         written.push(path.clone());
@@ -183,10 +200,11 @@ impl Arguments {
     /// The joint of one record of many: what `--json` prints of it, without lists but with the parameters of the best forms; and all of
     /// it.
     pub fn of_file(&self, file: &RecordFile) -> Result<Outcome> {
-        let log = Columns::new(file, self)?.log(file, self)?;
+        let names = self.names();
+        let log = Columns::new(file, &names)?.log(file, self)?;
         let samples = log.samples();
         let joint = identify(log, &self.settings(), file, arguments::option)?;
-        let motions = joint.simulate(self.position_loop(file)?)?;
+        let motions = joint.simulate(self.position_loop(file, &names)?)?;
         let mut object = joint.json();
         let (name, motions) = joint.motions_json(&motions);
         let replay = if motions.is_array() { &motions[0] } else { &motions };
@@ -241,7 +259,7 @@ impl Arguments {
         for path in self.curve_files() {
             [1, 2]
                 .into_iter()
-                .try_for_each(|joint| check_record_writable(numbered(path, joint)))?;
+                .try_for_each(|joint| check_record_writable(numbered(path, &joint.to_string())))?;
         }
         Ok(())
     }
@@ -270,10 +288,24 @@ impl Arguments {
         prepare(inputs, curves, others)
     }
 
-    /// Writes the curves of every joint to its files, and returns those that were written.
-    fn write_curves(&self, joints: &[Curves]) -> Result<Vec<PathBuf>> {
+    /// The names of columns.
+    fn names(&self) -> Names {
+        Names {
+            torque: self.torque().to_owned(),
+            position: self.position().map(str::to_owned),
+            motor: self.motor.clone(),
+            link: self.link.clone(),
+            velocity: self.velocity.clone(),
+            reference: self.reference.clone(),
+            at_motor: false,
+        }
+    }
+
+    /// Writes the curves of every joint to its files, with its name before their extension if it has one, and returns those that were
+    /// written.
+    fn write_curves<'c>(&self, joints: impl Iterator<Item = (Option<String>, &'c Curves)>) -> Result<Vec<PathBuf>> {
         let mut written = Vec::new();
-        for (i, curves) in joints.iter().enumerate() {
+        for (name, curves) in joints {
             let both = [
                 (&self.friction, Some(&curves.friction)),
                 (&self.motor_friction, curves.motor_friction.as_ref()),
@@ -281,11 +313,7 @@ impl Arguments {
             ];
             for (path, record) in both {
                 if let (Some(path), Some(record)) = (path, record) {
-                    let path = if joints.len() == 1 {
-                        path.clone()
-                    } else {
-                        numbered(path, i + 1)
-                    };
+                    let path = name.as_ref().map_or_else(|| path.clone(), |name| numbered(path, name));
                     write_record(&path, record)?;
                     written.push(path);
                 }
@@ -307,8 +335,8 @@ impl Arguments {
     }
 
     /// The controller in whose loop the record was made.
-    fn position_loop<'a>(&self, file: &'a RecordFile) -> Result<Option<AxisDrive<'a>>> {
-        let (Some(reference), Some(kp), Some(kv)) = (&self.reference, &self.kp, &self.kv) else {
+    fn position_loop<'a>(&self, file: &'a RecordFile, names: &Names) -> Result<Option<AxisDrive<'a>>> {
+        let (Some(reference), Some(kp), Some(kv)) = (&names.reference, &self.kp, &self.kv) else {
             return Ok(None);
         };
         Ok(Some(AxisDrive::Loop {
@@ -365,8 +393,8 @@ impl Arguments {
     }
 }
 
-/// The path with the joint's number before its extension.
-fn numbered(path: &Path, joint: usize) -> PathBuf {
+/// The path with the joint's number or name before its extension.
+fn numbered(path: &Path, joint: &str) -> PathBuf {
     let text = |part: Option<&std::ffi::OsStr>| part.map(|s| s.to_string_lossy().into_owned());
     let stem = text(path.file_stem()).unwrap_or_default();
     let extension = text(path.extension()).map(|e| format!(".{e}")).unwrap_or_default();

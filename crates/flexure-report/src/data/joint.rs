@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use super::{Fact, Nonlinearity, Prediction, Scatter, Verdict};
+use super::{Fact, Nonlinearity, Prediction, Scatter, Table, Verdict};
 
-/// Everything on the page of a joint's friction and stiffness.
+/// Everything on the page of a joint's friction and stiffness, or of several axes that were treated alone.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct JointPage {
     /// The heading.
@@ -23,6 +23,10 @@ pub struct JointPage {
     pub tables: Vec<ParameterTable>,
     /// Measured against reconstructed and simulated signals.
     pub motions: Vec<Comparison>,
+    /// The results of several axes side by side, a row an axis.
+    pub overview: Option<Table>,
+    /// Several axes, a section each.
+    pub axes: Vec<JointPage>,
     /// How to make this page again: a command line.
     pub command: Option<String>,
     /// The same in Python.

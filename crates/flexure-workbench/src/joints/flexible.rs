@@ -1,11 +1,12 @@
 //! A flexible joint.
 
 use anyhow::{Result, bail};
-use flexure::identify::robot_joint::{AxisDrive, Effect, Estimated, Fitted, FlexibleAxis};
+use flexure::identify::robot_joint::{AxisDrive, Effect, Estimated, Finding, Fitted, FlexibleAxis};
 use flexure_report::data::JointPage;
 use serde_json::{Value, json};
 
 use super::arm_file::{self, Place, StartedArm};
+use super::row::Row;
 use super::text::{
     Outcome, Units, estimate, fitted_json, formula, inertia_json, inertia_text, lack_text, nearness, range_text,
     titled, with_error, write_findings, write_others, write_parameters,
@@ -51,7 +52,11 @@ impl Joint for Flexible {
         let (axis, log) = (&self.axis, &self.log);
         let mut lines = Lines::new();
         let inertia = format!("link inertia {}", inertia_text(axis.link.inertia, &Units::of(false)));
-        Outcome::new(motions, [forms(axis)]).write_headline("Flexible joint", &inertia, &mut lines);
+        Outcome::new(motions, [forms(axis)], &axis.link.findings).write_headline(
+            "Flexible joint",
+            &inertia,
+            &mut lines,
+        );
         lines.item("log", format!("{} samples of {}", log.samples(), log.name));
         write_axis(axis, "link inertia", motions.first(), "torque", &mut lines);
         lines
@@ -79,6 +84,17 @@ impl Joint for Flexible {
             ("motor's inertia", self.axis.motor_inertia),
             ("link's inertia", self.axis.link.inertia),
         ]
+    }
+
+    fn findings(&self) -> Vec<&Finding> {
+        self.axis.link.findings.iter().collect()
+    }
+
+    fn row(&self, motions: &[Motion]) -> Row {
+        Row::of_flexible(
+            &self.axis,
+            &Outcome::new(motions, [forms(&self.axis)], &self.axis.link.findings),
+        )
     }
 }
 

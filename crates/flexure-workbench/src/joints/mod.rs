@@ -1,13 +1,15 @@
 //! Joints and arms from their logs: identified, simulated under their own torques, and as text, JSON, page, curves and arm file.
 //!
 //! A [`Log`] of one axis without a motor angle is that of a rigid axis, with one that of a flexible joint; two axes are a two-link arm.
-//! [`identify`] returns what all of them have in common, a [`Joint`].
+//! [`identify`] returns what all of them have in common, a [`Joint`]. [`Axes`] are several joints of one log, each treated alone.
 
 mod arm_file;
+mod axes;
 mod flexible;
 mod log;
 mod page;
 mod rigid;
+mod row;
 mod simulation;
 mod text;
 mod two_link;
@@ -16,7 +18,7 @@ use anyhow::{Context as _, Result, bail};
 use flexure::Record;
 use flexure::bands::Band;
 use flexure::identify::robot_joint::{
-    AxisDrive, Estimated, Extra, FlexibleJoint, IdentifiedJoint, RigidJoint, TwoLinkArm, TwoLinkLog,
+    AxisDrive, Estimated, Extra, Finding, FlexibleJoint, IdentifiedJoint, RigidJoint, TwoLinkArm, TwoLinkLog,
 };
 use flexure_io::RecordFile;
 use flexure_report::data::JointPage;
@@ -26,8 +28,10 @@ use crate::Spelling;
 use crate::lines::Lines;
 use flexible::Flexible;
 use rigid::Rigid;
+use row::Row;
 
 pub use arm_file::{Place, recorded};
+pub use axes::{Axes, Axis, Found, MOST_AXES};
 pub use log::{AxisLog, Log};
 pub use simulation::{Fit, Motion};
 pub(crate) use text::{Constant, constants, estimate, with_error};
@@ -86,12 +90,11 @@ pub trait Joint: Send + Sync {
     /// # Errors
     /// For numbers that cannot be drawn.
     fn html(&self, motions: &[Motion], command: Option<String>, python: Option<String>) -> Result<String> {
-        let page = JointPage {
+        html(JointPage {
             command,
             python,
             ..self.page(motions)
-        };
-        flexure_report::render_joint(&page).context("the report")
+        })
     }
 
     /// The text of the file of the arm of which it is a part.
@@ -105,6 +108,17 @@ pub trait Joint: Send + Sync {
 
     /// Its inertias by their names.
     fn inertias(&self) -> Vec<(&'static str, Estimated)>;
+
+    /// What to know before trusting it, of every axis.
+    fn findings(&self) -> Vec<&Finding>;
+
+    /// A single joint as a row of a table; of an arm its shoulder.
+    fn row(&self, motions: &[Motion]) -> Row;
+}
+
+/// A page as HTML.
+fn html(page: JointPage) -> Result<String> {
+    flexure_report::render_joint(&page).context("the report")
 }
 
 /// Identifies a joint or an arm from its log, which comes from `file`.

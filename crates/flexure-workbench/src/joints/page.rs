@@ -34,7 +34,7 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, motions: &[Motion]) -> 
     JointPage {
         title: "A rigid axis".to_owned(),
         subtitle: subtitle("Friction and inertia", log),
-        verdict: Some(Outcome::new(motions, [vec![best]]).verdict()),
+        verdict: Some(Outcome::new(motions, [vec![best]], &axis.findings).verdict()),
         facts: vec![
             inertia("Inertia", axis.inertia, units.inertia()),
             Fact::new("Distance of the best form", distance, from),
@@ -52,8 +52,7 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, motions: &[Motion]) -> 
         )],
         tables: best_first(&axis.friction).map(|f| table(f, units)).collect(),
         motions: comparisons(log, 0, &axis.reconstructed, motions, units, ""),
-        command: None,
-        python: None,
+        ..JointPage::default()
     }
 }
 
@@ -63,7 +62,7 @@ pub fn flexible(axis: &FlexibleAxis, log: &Log, motions: &[Motion]) -> JointPage
     JointPage {
         title: "A flexible joint".to_owned(),
         subtitle: subtitle("Friction, stiffness and inertia", log),
-        verdict: Some(Outcome::new(motions, [forms(axis)]).verdict()),
+        verdict: Some(Outcome::new(motions, [forms(axis)], &axis.link.findings).verdict()),
         facts: vec![
             inertia("Motor inertia", axis.motor_inertia, "kg m^2"),
             inertia("Link inertia", axis.link.inertia, "kg m^2"),
@@ -77,18 +76,18 @@ pub fn flexible(axis: &FlexibleAxis, log: &Log, motions: &[Motion]) -> JointPage
         curves: joint_curves(axis, ""),
         tables: tables(axis, &units, "").collect(),
         motions: comparisons(log, 0, &axis.link.reconstructed, motions, &units, ""),
-        command: None,
-        python: None,
+        ..JointPage::default()
     }
 }
 
 /// The page of a two-link arm.
 pub fn two_link(arm: &TwoLinkArm, log: &Log, motions: &[Motion]) -> JointPage {
     let units = Units::of(false);
+    let findings = arm.joints.iter().flat_map(|axis| &axis.link.findings);
     let mut page = JointPage {
         title: "A two-link arm".to_owned(),
         subtitle: subtitle("Friction, stiffness and inertia of both joints", log),
-        verdict: Some(Outcome::new(motions, arm.joints.iter().map(forms)).verdict()),
+        verdict: Some(Outcome::new(motions, arm.joints.iter().map(forms), findings).verdict()),
         facts: constants(arm).into_iter().map(constant).collect(),
         ..JointPage::default()
     };

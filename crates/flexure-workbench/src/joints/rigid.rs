@@ -1,18 +1,20 @@
 //! A rigid axis.
 
 use anyhow::{Result, bail};
-use flexure::identify::robot_joint::{AxisDrive, Estimated, Finding, RigidAxis};
+use flexure::identify::robot_joint::{AxisDrive, Estimated, Finding, Fitted, Parameter, Polished, RigidAxis};
 use flexure_report::data::JointPage;
 use serde_json::{Value, json};
 
 use super::arm_file::{self, Place};
+use super::row::Row;
 use super::simulation::Fit;
 use super::text::{
     Outcome, Units, estimate, fitted_json, inertia_json, inertia_text, nearness, range_text, with_error,
     write_findings, write_form, write_others,
 };
 use super::{Curves, Joint, Log, Motion, curve_json, curve_record, page};
-use crate::lines::Lines;
+use crate::lines::{Lines, unbroken};
+use crate::text::number;
 
 /// An identified rigid axis with its log.
 pub struct Rigid {
@@ -35,10 +37,16 @@ impl Rigid {
         Units::of(self.prismatic)
     }
 
+    /// The form with which the axis is simulated: polished, where halves that were held back confirm it.
+    fn simulated(&self) -> &Fitted {
+        let polished = self.axis.polished.as_ref().filter(|polished| polished.is_used);
+        polished.map_or(self.axis.friction.best(), |polished| &polished.form)
+    }
+
     fn motion(&self, drive: AxisDrive, name: &'static str) -> Motion {
         let measured = &self.log.axes[0].position;
         let start = [measured[0], self.axis.friction.x[0]];
-        let position = self.axis.replay(self.axis.friction.best(), drive, start);
+        let position = self.axis.replay(self.simulated(), drive, start);
         Motion {
             drive: name,
             fit: Fit::new(measured, &position),
@@ -59,6 +67,7 @@ impl Joint for Rigid {
             "extras": axis.extras,
             "forms": axis.friction.forms.iter().map(|f| fitted_json(f, &units)).collect::<Vec<_>>(),
             "best_form": axis.friction.best().form,
+            "polished": axis.polished.as_ref().map(|polished| polished_json(polished, &units)),
             "cut_off": axis.cut_off,
             "highest_frequency": axis.highest,
             "encoder_skew": axis.stiff.map(|stiff| stiff.clock_offset),
@@ -86,7 +95,11 @@ impl Joint for Rigid {
         let best = axis.friction.best();
         let inertia = inertia_text(axis.inertia, &units);
         let mut lines = Lines::new();
-        Outcome::new(motions, [vec![best]]).write_headline("Rigid axis", &format!("inertia {inertia}"), &mut lines);
+        Outcome::new(motions, [vec![best]], &axis.findings).write_headline(
+            "Rigid axis",
+            &format!("inertia {inertia}"),
+            &mut lines,
+        );
         lines.item("log", format!("{} samples of {}", log.samples(), log.name));
         lines.item("inertia", format!("{inertia}, beside the free friction curve"));
         let velocity = format!("{}/s", units.position);
@@ -100,6 +113,9 @@ impl Joint for Rigid {
             lines.item("simulated motion", format!("{}: {near}", motion.drive));
         }
         write_form(best, &units, &mut lines);
+        if let Some(polished) = &axis.polished {
+            lines.item("polished", polished_text(polished, &units));
+        }
         lines.sentence("Other forms of the friction");
         let forms = axis.friction.forms.iter().enumerate();
         let others = forms.filter(|(i, _)| *i != axis.friction.best).map(|(_, form)| form);
@@ -130,4 +146,59 @@ impl Joint for Rigid {
     fn inertias(&self) -> Vec<(&'static str, Estimated)> {
         vec![("inertia", self.axis.inertia)]
     }
+
+    fn findings(&self) -> Vec<&Finding> {
+        self.axis.findings.iter().collect()
+    }
+
+    fn row(&self, motions: &[Motion]) -> Row {
+        Row::of_rigid(
+            &self.axis,
+            &Outcome::new(motions, [vec![self.axis.friction.best()]], &self.axis.findings),
+        )
+    }
+}
+
+/// The form polished by its free run as JSON.
+fn polished_json(polished: &Polished, units: &Units) -> Value {
+    let [before, after] = polished.error;
+    let [held_back, polished_held_back] = polished.held_back;
+    json!({
+        "form": fitted_json(&polished.form, units),
+        "rms": after,
+        "rms_before": before,
+        "held_back_rms": polished_held_back,
+        "held_back_rms_before": held_back,
+        "is_used": polished.is_used,
+        "differs": polished.differs,
+    })
+}
+
+/// What polishing by the free run did.
+fn polished_text(polished: &Polished, units: &Units) -> String {
+    let [before, after] = polished.error.map(number);
+    let [held_back, polished_held_back] = polished.held_back.map(number);
+    let form = &polished.form;
+    let inertia = ("M", form.inertia.value, units.inertia().to_owned());
+    let unit = |p: &Parameter| units.of_curve(p.unit, false);
+    let refined = form.parameters.iter().map(|p| (p.symbol.as_str(), p.value, unit(p)));
+    let each = std::iter::once(inertia).chain(refined);
+    let each = each.map(|(symbol, value, unit)| unbroken(&format!("{symbol} = {} {unit}", number(value))));
+    let differs = match &polished.differs[..] {
+        [] => "these are the values above but for their errors".to_owned(),
+        differs => format!(
+            "{} differ from the values above by more than their errors",
+            differs.join(", ")
+        ),
+    };
+    let used = match polished.is_used {
+        true => "and the motion is simulated with these values",
+        false => "and these values are not used",
+    };
+    format!(
+        "by the error of its free run, {before} -> {after} {unit}: {}; {differs}; on halves that were held back {held_back} -> \
+         {polished_held_back} {unit}, {used}",
+        each.collect::<Vec<_>>().join(", "),
+        unit = units.position
+    )
 }

@@ -246,6 +246,8 @@ pub struct Outcome<'a> {
     fits: Vec<(&'static str, f64)>,
     /// The forms of every joint, the friction last; the test of that is the test of all of them together.
     joints: Vec<Vec<&'a Fitted>>,
+    /// Why nothing of it is to be trusted yet.
+    doubts: Vec<&'static str>,
 }
 
 /// What is wrong with it, the worst first.
@@ -254,13 +256,21 @@ enum Fault {
     RunsAway,
     NotSimulated,
     PoorMotion,
+    Doubtful,
     RefutedForm,
 }
 
 impl<'a> Outcome<'a> {
-    /// Of simulated motions, and of the forms of every joint, the friction last.
-    pub fn new(motions: &[Motion], joints: impl IntoIterator<Item = Vec<&'a Fitted>>) -> Self {
+    /// Of simulated motions, of the forms of every joint, the friction last, and of what was found besides.
+    pub fn new(
+        motions: &[Motion],
+        joints: impl IntoIterator<Item = Vec<&'a Fitted>>,
+        findings: impl IntoIterator<Item = &'a Finding>,
+    ) -> Self {
+        let mut doubts: Vec<&str> = findings.into_iter().filter_map(Finding::doubt).collect();
+        doubts.dedup();
         Outcome {
+            doubts,
             fits: motions.iter().map(|m| (m.drive, m.fit.percent)).collect(),
             joints: joints.into_iter().collect(),
         }
@@ -279,15 +289,29 @@ impl<'a> Outcome<'a> {
             true => Some(Fault::NotSimulated),
             false if below(RUN_AWAY) => Some(Fault::RunsAway),
             false if below(POOR) => Some(Fault::PoorMotion),
+            false if !self.doubts.is_empty() => Some(Fault::Doubtful),
             false if self.is_refuted() => Some(Fault::RefutedForm),
             false => None,
         }
     }
 
+    /// The same in a word or two, and whether nothing is wrong.
+    pub fn word(&self) -> (&'static str, bool) {
+        let word = match self.fault() {
+            Some(Fault::RunsAway) => "runs away",
+            Some(Fault::NotSimulated) => "not simulated",
+            Some(Fault::PoorMotion) => "poor motion",
+            Some(Fault::Doubtful) => "doubtful",
+            Some(Fault::RefutedForm) => "form refuted",
+            None => "holds",
+        };
+        (word, self.fault().is_none())
+    }
+
     fn tone(&self) -> Tone {
         match self.fault() {
             Some(Fault::RunsAway | Fault::NotSimulated) => Tone::Bad,
-            Some(Fault::PoorMotion | Fault::RefutedForm) => Tone::Caution,
+            Some(Fault::PoorMotion | Fault::Doubtful | Fault::RefutedForm) => Tone::Caution,
             None => Tone::Good,
         }
     }
@@ -310,9 +334,13 @@ impl<'a> Outcome<'a> {
         )
     }
 
-    /// The first line of its text: `what` it is, its `inertia`, and how near its simulated motions are.
+    /// The first line of its text: `what` it is, whether that is to be trusted, its `inertia`, and how near its simulated motions are.
     pub fn write_headline(&self, what: &str, inertia: &str, lines: &mut Lines) {
-        lines.headline(self.tone(), format!("{what}: {inertia}; {}", self.motion()));
+        let doubts = match &self.doubts[..] {
+            [] => String::new(),
+            doubts => format!(" not to be trusted, because {}", doubts.join(", and ")),
+        };
+        lines.headline(self.tone(), format!("{what}{doubts}: {inertia}; {}", self.motion()));
     }
 
     /// The same as the verdict of its page.
@@ -327,6 +355,7 @@ impl<'a> Outcome<'a> {
             Some(Fault::RunsAway) => "The simulated motion runs away".to_owned(),
             Some(Fault::NotSimulated) => "No motion can be simulated with what was found".to_owned(),
             Some(Fault::PoorMotion) => "The simulated motion is far from the measured one".to_owned(),
+            Some(Fault::Doubtful) => "The log does not tell what was found well enough to be trusted".to_owned(),
             Some(Fault::RefutedForm) => format!("The free curves refute {forms}"),
             None => format!("Nothing refutes {forms}"),
         };
@@ -340,7 +369,7 @@ impl<'a> Outcome<'a> {
             }
             _ => capitalised(&self.motion()),
         };
-        let usable = matches!(fault, Some(Fault::RefutedForm | Fault::PoorMotion));
+        let usable = matches!(fault, Some(Fault::RefutedForm | Fault::Doubtful | Fault::PoorMotion));
         let advice = (self.is_refuted() && usable).then(|| "Where that matters, use the curves".to_owned());
         let of = |(i, forms): (usize, &Vec<&Fitted>)| {
             let joint = match self.joints.len() {
@@ -351,7 +380,8 @@ impl<'a> Outcome<'a> {
             let lack = forms.last().map_or(String::new(), |form| lack_text(form));
             capitalised(&format!("{joint}{}: {lack}", titles.join("; ")))
         };
-        let sentences = [motion].into_iter().chain(advice);
+        let doubts = self.doubts.iter().map(|doubt| capitalised(doubt));
+        let sentences = doubts.chain([motion]).chain(advice);
         Verdict {
             headline,
             holds: fault.is_none(),

@@ -1,12 +1,13 @@
 //! A two-link arm.
 
 use anyhow::Result;
-use flexure::identify::robot_joint::{AxisDrive, Estimated, TwoLinkArm};
+use flexure::identify::robot_joint::{AxisDrive, Estimated, Finding, TwoLinkArm};
 use flexure_report::data::JointPage;
 use serde_json::{Value, json};
 
 use super::arm_file::{self, Place, StartedArm};
 use super::flexible::{axis_json, curves, forms, write_axis};
+use super::row::Row;
 use super::text::{Constant, Outcome, constants, with_error};
 use super::{Curves, Joint, Log, Motion, page, simulation};
 use crate::lines::Lines;
@@ -60,7 +61,11 @@ impl Joint for TwoLink {
         let log = &self.log;
         let mut lines = Lines::new();
         let elbow = format!("elbow's inertia {} kg m^2", with_error(self.arm.elbow));
-        Outcome::new(motions, self.arm.joints.iter().map(forms)).write_headline("Two-link arm", &elbow, &mut lines);
+        Outcome::new(motions, self.arm.joints.iter().map(forms), self.findings()).write_headline(
+            "Two-link arm",
+            &elbow,
+            &mut lines,
+        );
         lines.item("log", format!("{} samples of {}", log.samples(), log.name));
         for Constant { name, formula, value } in constants(&self.arm) {
             lines.item(name, format!("{} kg m^2, {formula}", with_error(value)));
@@ -91,5 +96,17 @@ impl Joint for TwoLink {
             ("elbow's inertia", self.arm.elbow),
         ];
         links.into_iter().chain(motors).collect()
+    }
+
+    fn findings(&self) -> Vec<&Finding> {
+        self.arm.joints.iter().flat_map(|axis| &axis.link.findings).collect()
+    }
+
+    fn row(&self, motions: &[Motion]) -> Row {
+        let [shoulder, _] = &self.arm.joints;
+        Row::of_flexible(
+            shoulder,
+            &Outcome::new(motions, [forms(shoulder)], &shoulder.link.findings),
+        )
     }
 }

@@ -48,6 +48,8 @@ fn friction(fastest: f64) -> Vec<FormStart> {
     [
         (FormName::CoulombViscous, vec![vec![]]),
         (FormName::Stribeck, velocities.to_vec()),
+        (FormName::DirectedViscous, vec![vec![]]),
+        (FormName::DirectedStribeck, velocities.to_vec()),
         (FormName::SmoothDry, one.clone()),
         (FormName::SmoothCoulomb, one),
         (

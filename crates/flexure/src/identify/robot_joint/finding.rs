@@ -89,6 +89,22 @@ pub enum Finding {
     },
 }
 
+impl Finding {
+    /// Why no result is to be trusted before it is mended, in a few words; `None` where the result allows for it.
+    pub fn doubt(&self) -> Option<&'static str> {
+        match self {
+            Finding::ClippedTorque { .. } => Some("the torque is clipped"),
+            Finding::NeverReverses { .. } => Some("the joint moves in one direction only"),
+            Finding::FewReversals { .. } => Some("the joint reverses too seldom"),
+            Finding::SampledTooSlowly { .. } => Some("the log is sampled too slowly"),
+            Finding::FastTimeConstant { .. } => Some("inertia and friction cannot be separated"),
+            Finding::DifferentAngles { .. } => Some("motor and link have angles of different scales"),
+            Finding::ManyTurns { .. } => Some("an angle may be in degrees"),
+            _ => None,
+        }
+    }
+}
+
 /// A number to one decimal place, or to four digits where that has more places than anyone reads.
 fn tenths(value: f64) -> String {
     match value.abs() < 1e6 {

@@ -244,6 +244,7 @@ impl AxisParts<'_> {
             secant,
             link: RigidAxis {
                 stiff: None,
+                polished: None,
                 inertia: self.link_inertia,
                 friction: outcome.identified(friction, outcome.band(friction), self.forms.friction, of_friction)?,
                 extras: extra_parameters(

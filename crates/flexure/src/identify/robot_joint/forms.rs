@@ -12,6 +12,8 @@ pub(super) enum Term {
     Constant,
     /// x.
     Linear,
+    /// |x|.
+    Absolute,
     /// x^3.
     Cubic,
     /// sign x, softened within the velocity's own resolution.
@@ -46,7 +48,7 @@ impl Term {
             unit: [0, power_of_x],
         };
         match self {
-            Term::Constant | Term::Linear | Term::Cubic | Term::Sign => shape(&[], 0),
+            Term::Constant | Term::Linear | Term::Absolute | Term::Cubic | Term::Sign => shape(&[], 0),
             Term::Tanh => shape(&["g5"], -1),
             Term::TanhDifference => shape(&["g2", "g3"], -1),
             Term::Stribeck => shape(&["vs"], 1),
@@ -58,7 +60,7 @@ impl Term {
     pub fn unit(self) -> [i32; 2] {
         match self {
             Term::Constant | Term::Sign | Term::Tanh | Term::TanhDifference | Term::Stribeck => [1, 0],
-            Term::Linear | Term::Windup => [1, -1],
+            Term::Linear | Term::Absolute | Term::Windup => [1, -1],
             Term::Cubic => [1, -3],
         }
     }
@@ -68,6 +70,7 @@ impl Term {
         match self {
             Term::Constant => 1.0,
             Term::Linear => x,
+            Term::Absolute => x.abs(),
             Term::Cubic => x * x * x,
             Term::Sign => soft_sign(x, width),
             Term::Tanh => (t[0].exp() * x).tanh(),
@@ -84,7 +87,7 @@ impl Term {
             z / z.cosh().powi(2)
         };
         let slope = match self {
-            Term::Constant | Term::Linear | Term::Cubic | Term::Sign => 0.0,
+            Term::Constant | Term::Linear | Term::Absolute | Term::Cubic | Term::Sign => 0.0,
             Term::Tanh => tanh_slope(t[0]),
             Term::TanhDifference => [1.0, -1.0][k] * tanh_slope(t[k]),
             Term::Stribeck => 2.0 * (x * (-t[0]).exp()).powi(2) * self.value(x, t, width),
@@ -110,6 +113,10 @@ pub enum FormName {
     CoulombViscous,
     /// Those with the Stribeck effect: `(Fc + (Fs - Fc) exp(-(v / vs)^2)) sign v + Fv v + F0`.
     Stribeck,
+    /// Coulomb friction, an offset, and viscous friction of each direction: `Fc sign v + Fv v + Fd |v| + F0`.
+    DirectedViscous,
+    /// Those with the Stribeck effect.
+    DirectedStribeck,
     /// `g4 tanh(g5 v)`, (12) without its Stribeck and viscous parts.
     SmoothDry,
     /// `g4 tanh(g5 v) + g6 v`, (12) without its Stribeck part.
@@ -132,6 +139,10 @@ impl FormName {
         match self {
             FormName::CoulombViscous => "Coulomb and viscous friction with an offset",
             FormName::Stribeck => "Coulomb, viscous and Stribeck friction with an offset",
+            FormName::DirectedViscous => "Coulomb friction with an offset, and viscous friction of each direction",
+            FormName::DirectedStribeck => {
+                "Coulomb and Stribeck friction with an offset, and viscous friction of each direction"
+            }
             FormName::SmoothDry => "smooth Coulomb friction",
             FormName::SmoothCoulomb => "smooth Coulomb and viscous friction",
             FormName::SmoothStribeck => "smooth Coulomb, viscous and Stribeck friction",
@@ -178,6 +189,10 @@ impl FormName {
         let mut terms = match self {
             FormName::CoulombViscous => vec![Term::Sign, Term::Linear, Term::Constant],
             FormName::Stribeck => vec![Term::Sign, Term::Linear, Term::Stribeck, Term::Constant],
+            FormName::DirectedViscous => vec![Term::Sign, Term::Linear, Term::Absolute, Term::Constant],
+            FormName::DirectedStribeck => {
+                vec![Term::Sign, Term::Linear, Term::Stribeck, Term::Absolute, Term::Constant]
+            }
             FormName::SmoothDry => vec![Term::Tanh],
             FormName::SmoothCoulomb => vec![Term::Tanh, Term::Linear],
             FormName::SmoothStribeck => vec![Term::TanhDifference, Term::Tanh, Term::Linear],
@@ -203,6 +218,7 @@ impl FormName {
             Term::Linear if self.is_stiffness() => "a2",
             Term::Linear if self.is_smooth() => "g6",
             Term::Linear => "Fv",
+            Term::Absolute => "Fd",
             Term::Cubic => "a1",
             Term::Windup => "ksw",
         }

@@ -229,3 +229,15 @@ pub const FARTHEST: f64 = 6.0;
 pub const ALIKE: f64 = 0.3;
 /// Terms can be distinguished if the standard error of their factor is no more than this share of it.
 pub const COLLINEAR: f64 = 0.15;
+
+// The free run.
+
+/// Samples of which the error of a free run is made small.
+pub const POLISHED_SAMPLES: usize = 2000;
+/// Difference quotients are taken over this share of what matters.
+pub const POLISH_DIFFERENCE: f64 = 1e-3;
+/// Gauss-Newton steps at most, and the share of the mean square by which the last one lowers it.
+pub const POLISH_ROUNDS: usize = 12;
+pub const POLISH_SETTLED: f64 = 1e-3;
+/// A polished form is used where it lowers the error of halves that were held back by this share.
+pub const BETTER_BY: f64 = 0.05;

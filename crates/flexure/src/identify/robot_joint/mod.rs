@@ -27,11 +27,10 @@
 //! what the one after that would change, and the residuals' noise for what the curves themselves took of it. How often 95 %
 //! bands then cover the truth, and how often true forms are refuted, is measured by `cargo run --release -p flexure --example joint_bands`.
 //!
-//! The forms are fitted to the equations of motion, not to the simulated motion. On the electro-mechanical positioning system
-//! (EMPS; Janot, Gautier & Brunot 2019) that was tried too (`scripts/reference/emps_output_error.py`): least squares of the
-//! open-loop simulation's error take its root mean square over the whole record from 5.6 mm to 2.6 mm, but with a mass 4 % and a
-//! viscous friction 6 % from the published ones; fitted to the first half only, they simulate the quarters of the second half 5
-//! to 10 % worse than the fit to the equations does. What remains is an offset that changes with time, which no constant follows.
+//! The forms are fitted to the equations of motion. The best form of a rigid axis is also polished by the simulated motion: least squares of
+//! its free run's error. On the electro-mechanical positioning system (EMPS; Janot, Gautier & Brunot 2019) that takes a mass and a viscous
+//! friction 2 and 4 % from the published ones, so that the equations' result stays beside it. The free run's error is mostly an offset that
+//! changes with time, which no constant follows; before that, a viscous friction that differs by direction.
 //!
 //! | item | what |
 //! |---|---|
@@ -69,7 +68,7 @@
 //! | `lack_of_fit.rs`, `profile.rs` | the test of a form; intervals by the likelihood's profile |
 //! | `parameters.rs`, `joint_forms.rs` | which parameters the data determine; the forms of all curves together |
 //! | `outcome.rs`, `finding.rs` | the results, with the names of the effects, and what to know before trusting them |
-//! | `replay.rs` | the motion that an identified axis would make |
+//! | `replay.rs`, `polish.rs` | the motion that an identified axis would make; the parameters refined by its error |
 
 mod basis;
 mod bursts;
@@ -100,6 +99,7 @@ mod motion;
 mod normal;
 mod outcome;
 mod parameters;
+mod polish;
 mod profile;
 mod replay;
 mod rigid;
@@ -119,6 +119,7 @@ pub use outcome::{
     Effect, Estimated, Fitted, FlexibleAxis, IdentifiedCurve, IdentifiedJoint, JointModel, LackOfFit, Parameter,
     RigidAxis, StiffJoint,
 };
+pub use polish::Polished;
 pub use replay::AxisDrive;
 pub use rigid::{Extra, RigidJoint};
 pub use two_link::{TwoLinkArm, TwoLinkLog};

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::finding::Finding;
 use super::forms::{FormName, ParametricCurve};
 use super::limits::LARGEST_ERROR;
+use super::polish::Polished;
 use crate::bands::Band;
 use crate::quantiles::NORMAL_95;
 
@@ -245,6 +246,8 @@ pub struct RigidAxis {
     pub reconstructed: Vec<f64>,
     /// What the difference between motor and link is made of, where both were logged and an offset of the clocks makes nearly all of it.
     pub stiff: Option<StiffJoint>,
+    /// The best form refined by the error of its free run, of an axis that can be simulated under its recorded torque.
+    pub polished: Option<Polished>,
     /// What to know before trusting it.
     pub findings: Vec<Finding>,
 }

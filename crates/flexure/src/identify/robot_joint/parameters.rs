@@ -116,7 +116,7 @@ fn parameters(form: FormName, fit: &FormFit, place: Place, abscissa: &Curve, fre
         shape(symbol, unit, uncertain(log, FormParameter::Log(number)), abscissa)
     });
     let mut parameters: Vec<Parameter> = factors.chain(shapes).collect();
-    if form == FormName::Stribeck {
+    if curve.terms.contains(&Term::Stribeck) {
         breakaway(&mut parameters, fit, place.in_fit);
     }
     if form == FormName::SmoothStribeck {

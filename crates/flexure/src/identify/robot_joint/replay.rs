@@ -1,5 +1,6 @@
 //! A rigid axis in time: the motion that an identified axis would make.
 
+use super::forms::ParametricCurve;
 use super::outcome::{Fitted, RigidAxis};
 
 /// Integration steps a sample.
@@ -24,26 +25,58 @@ pub enum AxisDrive<'a> {
     },
 }
 
+/// An axis that can be moved.
+pub(super) struct Movable<'a> {
+    pub inertia: f64,
+    pub friction: &'a ParametricCurve,
+    /// The factors of cos q, sin q and q.
+    pub extras: [f64; 3],
+    /// s.
+    pub sample_time: f64,
+    /// Integration steps a sample.
+    pub substeps: usize,
+}
+
 impl RigidAxis {
     /// The positions of the axis with the friction of one of its forms, from a position and a velocity on.
     ///
     /// Runge-Kutta's method of order 4, eight steps a sample; one position a sample of the drive.
     pub fn replay(&self, form: &Fitted, drive: AxisDrive, start: [f64; 2]) -> Vec<f64> {
+        let axis = Movable {
+            inertia: form.inertia.value,
+            friction: &form.curve,
+            extras: self.position_dependent(),
+            sample_time: self.sample_time,
+            substeps: SUBSTEPS,
+        };
+        axis.positions(drive, start)
+    }
+
+    /// The factors of cos q, sin q and q; 0 of what it does not have.
+    pub(super) fn position_dependent(&self) -> [f64; 3] {
+        ["gravity cos", "gravity sin", "spring"].map(|symbol| {
+            let found = self.extras.iter().find(|e| e.symbol == symbol);
+            found.map_or(0.0, |e| e.value)
+        })
+    }
+}
+
+impl Movable<'_> {
+    /// Its positions from a position and a velocity on, one a sample of the drive.
+    pub fn positions(&self, drive: AxisDrive, start: [f64; 2]) -> Vec<f64> {
         let samples = match drive {
             AxisDrive::Torque(torque) => torque.len(),
             AxisDrive::Loop { reference, .. } => reference.len(),
         };
-        let extra = |symbol: &str| {
-            let found = self.extras.iter().find(|e| e.symbol == symbol);
-            found.map_or(0.0, |e| e.value)
-        };
-        let [cosine, sine, spring] = ["gravity cos", "gravity sin", "spring"].map(extra);
-        let inertia = form.inertia.value;
+        let [cosine, sine, spring] = self.extras;
         let acceleration = |torque: f64, [q, v]: [f64; 2]| {
-            let position = cosine * q.cos() + sine * q.sin() + spring * q;
-            (torque - form.torque(v) - position) / inertia
+            let position = match self.extras {
+                [0.0, 0.0, 0.0] => 0.0,
+                _ => cosine * q.cos() + sine * q.sin() + spring * q,
+            };
+            (torque - self.friction.value(v) - position) / self.inertia
         };
-        let h = self.sample_time / SUBSTEPS as f64;
+        let h = self.sample_time / self.substeps as f64;
         let mut state = start;
         let mut motion = Vec::with_capacity(samples);
         for i in 0..samples {
@@ -57,7 +90,7 @@ impl RigidAxis {
                     torque_constant,
                 } => torque_constant * kv * (kp * (reference[i] - state[0]) - state[1]),
             };
-            for _ in 0..SUBSTEPS {
+            for _ in 0..self.substeps {
                 let slope = |s: [f64; 2]| [s[1], acceleration(torque, s)];
                 let ahead = |k: [f64; 2], h: f64| [state[0] + h * k[0], state[1] + h * k[1]];
                 let k1 = slope(state);

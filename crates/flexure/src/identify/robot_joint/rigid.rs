@@ -100,7 +100,9 @@ impl RigidJoint<'_> {
         let axis = self.axis(signals, &noise).ok_or(DataError::TooLittleMotion {
             what: "inertia and friction of the axis",
         });
-        Ok(axis?.distrusted())
+        let mut axis = axis?.distrusted();
+        axis.polished = axis.polish(self.torque, self.position);
+        Ok(axis)
     }
 
     fn signals(&self, noise: &Noise) -> Result<Signals> {
@@ -186,6 +188,7 @@ impl RigidJoint<'_> {
             sample_time: self.sample_time,
             reconstructed: (0..curve.len()).map(|i| curve[i] + others(i)).collect(),
             stiff: None,
+            polished: None,
             findings: self.findings(signals, noise, viscous.map(|v| factors[INERTIA] / v)),
         })
     }

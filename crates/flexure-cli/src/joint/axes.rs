@@ -1,0 +1,149 @@
+//! Several axes of one log, each alone.
+
+use std::collections::HashSet;
+use std::path::PathBuf;
+
+use anyhow::Result;
+use flexure_io::{RecordFile, check_record_writable};
+use flexure_workbench::joints::{Axes, Found, MOST_AXES, identify};
+
+use super::log::{Columns, Names};
+use super::{Arguments, numbered};
+use crate::arguments::{self, Usage};
+use crate::files::{write_text, wrote};
+use crate::output::{print, print_result, this_command};
+use crate::progress::measured;
+
+/// What stands for the axis in the name of a column.
+const AXIS: &str = "{}";
+
+/// The names of the axes.
+#[derive(Debug, Clone)]
+pub struct AxisNames(Vec<String>);
+
+/// Names and ranges of numbers: `1..6`, `1,3`, `left,right`.
+pub fn names(text: &str) -> Result<AxisNames, String> {
+    let mut names = Vec::new();
+    for part in text.split(',').map(str::trim) {
+        match part.split_once("..") {
+            Some((first, last)) => {
+                let number = |text: &str| text.trim().parse::<usize>().ok();
+                let (Some(first), Some(last)) = (number(first), number(last)) else {
+                    return Err(format!("'{part}' is no range of whole numbers, as 1..6 is"));
+                };
+                if first > last || last - first >= MOST_AXES {
+                    return Err(format!(
+                        "a range begins with its smaller number and has at most {MOST_AXES} axes"
+                    ));
+                }
+                names.extend((first..=last).map(|i| i.to_string()));
+            }
+            // The name becomes a part of the names of files.
+            None if !part.is_empty() && part.chars().all(|c| c.is_alphanumeric() || "_-".contains(c)) => {
+                names.push(part.to_owned());
+            }
+            None => return Err("an axis is a number, or a name of letters, digits, _ and -".to_owned()),
+        }
+    }
+    let mut distinct = HashSet::new();
+    if let Some(twice) = names.iter().find(|name| !distinct.insert(name.as_str())) {
+        return Err(format!("axis {twice} is named twice"));
+    }
+    match names.len() {
+        1..=MOST_AXES => Ok(AxisNames(names)),
+        _ => Err(format!("there are at most {MOST_AXES} axes")),
+    }
+}
+
+/// Identifies the axes, and writes what was asked for.
+pub fn run(arguments: &Arguments, AxisNames(axes): &AxisNames) -> Result<()> {
+    let given = arguments.names();
+    given.check_patterns()?;
+    for path in arguments.curve_files() {
+        axes.iter()
+            .try_for_each(|axis| check_record_writable(numbered(path, axis)))?;
+    }
+    let file = arguments.reading.read(&arguments.record)?;
+    let found = measured("identifying", |reported| {
+        Axes::new(&file.name(), arguments.prismatic, axes, |i, axis| {
+            reported.at(i, axes.len());
+            arguments.found(&file, given.of_axis(axis, &file))
+        })
+    })?;
+    // Everything is made before anything is written.
+    let page = match &arguments.report {
+        None => None,
+        Some(path) => Some((path, found.html(Some(this_command()), None)?)),
+    };
+    let curves = found.curves()?;
+    let named = curves.iter().map(|(axis, curves)| (Some((*axis).to_owned()), curves));
+    let mut written: Vec<PathBuf> = arguments.write_curves(named)?;
+    if let Some((path, html)) = page {
+        write_text(path, &html)?;
+        written.push(path.clone());
+    }
+    if arguments.json {
+        let mut object = found.json();
+        object["samples"] = file.record.len().into();
+        object["written"] = written.iter().map(|path| path.display().to_string()).collect();
+        return print(&object.to_string());
+    }
+    print_result(&found.summary(), wrote(&written))
+}
+
+impl Arguments {
+    /// What is found of the axis in these columns.
+    fn found(&self, file: &RecordFile, names: Names) -> Result<Found> {
+        let columns = Columns::new(file, &names)?;
+        let joint = identify(columns.log(file, self)?, &self.settings(), file, arguments::option)?;
+        let motions = joint.simulate(self.position_loop(file, &names)?)?;
+        let remark = names.at_motor.then(|| {
+            let column = names.position.unwrap_or_default();
+            format!("the log has no angle of its link: it is taken as a rigid axis at its motor, column '{column}'")
+        });
+        Ok(Found { joint, motions, remark })
+    }
+}
+
+impl Names {
+    fn columns(&mut self) -> impl Iterator<Item = (&'static str, &mut String)> {
+        let others = [
+            ("position", &mut self.position),
+            ("motor", &mut self.motor),
+            ("link", &mut self.link),
+            ("velocity", &mut self.velocity),
+            ("reference", &mut self.reference),
+        ];
+        let others = others
+            .into_iter()
+            .filter_map(|(option, name)| Some((option, name.as_mut()?)));
+        std::iter::once(("torque", &mut self.torque)).chain(others)
+    }
+
+    /// Refuses names that would be those of the same column for every axis.
+    fn check_patterns(&self) -> Result<(), Usage> {
+        let mut given = self.clone();
+        match given.columns().find(|(_, name)| !name.contains(AXIS)) {
+            None => Ok(()),
+            Some((option, name)) => Err(Usage(format!(
+                "--{option} {name}: with --axis, write {AXIS} where the name has the axis, as in --{option} {name}{AXIS}"
+            ))),
+        }
+    }
+
+    /// The columns of one axis: a rigid one at its motor where the log has no angle of its link.
+    fn of_axis(&self, axis: &str, file: &RecordFile) -> Names {
+        let mut own = self.clone();
+        for (_, name) in own.columns() {
+            *name = name.replace(AXIS, axis);
+        }
+        if let (Some(motor), Some(link)) = (&own.motor, &own.link)
+            && file.has(motor)
+            && !file.has(link)
+        {
+            (own.position, own.motor, own.link) = (own.motor.take(), None, None);
+            own.at_motor = true;
+        }
+        own
+    }
+}

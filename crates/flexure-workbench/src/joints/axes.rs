@@ -1,0 +1,248 @@
+//! Several axes of one log, each of them treated alone: a table, one JSON object and one page.
+//!
+//! An axis that cannot be identified gets a row with its error; the others go on.
+
+use anyhow::{Result, bail};
+use flexure::text::readable;
+use flexure_report::data::{JointPage, Table};
+use serde_json::{Value, json};
+
+use super::row::{COLUMNS, Quantity, Row};
+use super::{Curves, Joint, Motion, Units};
+use crate::lines::{Lines, Tone};
+
+/// The most axes of one log.
+pub const MOST_AXES: usize = 100;
+
+/// An identified axis with its simulated motions.
+pub struct Found {
+    /// What was identified.
+    pub joint: Box<dyn Joint>,
+    /// Its simulated motions.
+    pub motions: Vec<Motion>,
+    /// What to know of its columns.
+    pub remark: Option<String>,
+}
+
+/// One of several axes.
+pub struct Axis {
+    /// What distinguishes it.
+    pub name: String,
+    /// What was found, or why nothing was.
+    pub found: Result<Found>,
+}
+
+/// Several axes of a log.
+pub struct Axes {
+    /// What the log is called.
+    log: String,
+    units: Units,
+    /// The axes, in the order in which they were asked for.
+    pub axes: Vec<Axis>,
+}
+
+impl Axes {
+    /// Identifies the axes of these names, one after the other; `prismatic`: all of them are.
+    ///
+    /// # Errors
+    /// Where no axis can be identified.
+    pub fn new(
+        log: &str,
+        prismatic: bool,
+        names: &[String],
+        identify: impl Fn(usize, &str) -> Result<Found>,
+    ) -> Result<Axes> {
+        let axis = |(i, name): (usize, &String)| Axis {
+            name: name.clone(),
+            found: identify(i, name),
+        };
+        let axes: Vec<Axis> = names.iter().enumerate().map(axis).collect();
+        if axes.iter().all(|axis| axis.found.is_err()) {
+            let each = axes.iter().filter_map(|axis| {
+                let error = axis.found.as_ref().err()?;
+                Some(format!("axis {}: {error:#}", axis.name))
+            });
+            bail!(
+                "{log}: none of the axes can be identified; {}",
+                each.collect::<Vec<_>>().join("; ")
+            );
+        }
+        Ok(Axes {
+            log: log.to_owned(),
+            units: Units::of(prismatic),
+            axes,
+        })
+    }
+
+    /// What was identified, an object an axis.
+    pub fn json(&self) -> Value {
+        let axes = self.axes.iter().map(|axis| {
+            let mut object = match &axis.found {
+                Err(error) => json!({ "error": format!("{error:#}") }),
+                Ok(found) => {
+                    let mut object = found.joint.json();
+                    let (name, motions) = found.joint.motions_json(&found.motions);
+                    object[name] = motions;
+                    object["remark"] = json!(found.remark);
+                    object["row"] = found.row().json();
+                    object
+                }
+            };
+            object["axis"] = json!(axis.name);
+            object
+        });
+        json!({ "joint": "axes", "axes": axes.collect::<Vec<_>>() })
+    }
+
+    /// The table, and what to know of every axis.
+    pub fn summary(&self) -> Lines {
+        let mut lines = Lines::new();
+        lines.headline(self.tone(), self.headline());
+        let mut rows = vec![self.columns()];
+        rows.extend(self.rows());
+        lines.table(&rows, &[0, COLUMNS.len() + 1]);
+        for axis in &self.axes {
+            let label = format!("axis {}:", axis.name);
+            for (tone, text) in axis.notes() {
+                lines.marked(tone, &label, text);
+            }
+        }
+        lines
+    }
+
+    /// The page that shows all axes, a section each, without the command that makes it again.
+    pub fn page(&self) -> JointPage {
+        let overview = Table {
+            title: "All axes".to_owned(),
+            text: "Each axis is identified alone. Friction is that of Coulomb and viscous friction with an offset; the sections below have \
+                   the curves and the other forms. “Cannot tell” stands for what the data do not determine."
+                .to_owned(),
+            columns: self.columns(),
+            rows: self.rows().collect(),
+            chosen: None,
+            ends_in_text: true,
+        };
+        JointPage {
+            title: format!("Axes of {}", self.log),
+            subtitle: format!("{}.", self.headline()),
+            overview: Some(overview),
+            axes: self.axes.iter().map(Axis::page).collect(),
+            ..JointPage::default()
+        }
+    }
+
+    /// The page as HTML; `command` makes it again, and `python` in Python.
+    ///
+    /// # Errors
+    /// For numbers that cannot be drawn.
+    pub fn html(&self, command: Option<String>, python: Option<String>) -> Result<String> {
+        super::html(JointPage {
+            command,
+            python,
+            ..self.page()
+        })
+    }
+
+    /// The curves of every axis that was identified, with its name.
+    ///
+    /// # Errors
+    /// For curves that cannot be written.
+    pub fn curves(&self) -> flexure::Result<Vec<(&str, Curves)>> {
+        let mut all = Vec::new();
+        for axis in &self.axes {
+            if let Ok(found) = &axis.found {
+                let curves = found.joint.curves()?;
+                all.extend(curves.into_iter().map(|curves| (axis.name.as_str(), curves)));
+            }
+        }
+        Ok(all)
+    }
+
+    fn headline(&self) -> String {
+        let identified = self.axes.iter().filter(|axis| axis.found.is_ok()).count();
+        let holds = self.axes.iter().filter(|axis| axis.holds()).count();
+        format!(
+            "{identified} of {} axes identified, each alone; {holds} of them move in simulation as measured",
+            self.axes.len()
+        )
+    }
+
+    fn tone(&self) -> Tone {
+        match (
+            self.axes.iter().all(Axis::holds),
+            self.axes.iter().all(|axis| axis.found.is_ok()),
+        ) {
+            (true, _) => Tone::Good,
+            (_, true) => Tone::Caution,
+            _ => Tone::Bad,
+        }
+    }
+
+    /// The names of the table's columns.
+    fn columns(&self) -> Vec<String> {
+        let columns = COLUMNS.iter().map(|column| match column.unit(&self.units) {
+            unit if unit.is_empty() => column.name.to_owned(),
+            unit => format!("{}, {unit}", column.name),
+        });
+        let first = std::iter::once("axis".to_owned());
+        first.chain(columns).chain(["verdict".to_owned()]).collect()
+    }
+
+    /// The table's rows.
+    fn rows(&self) -> impl Iterator<Item = Vec<String>> {
+        self.axes.iter().map(|axis| {
+            let (quantities, verdict) = match &axis.found {
+                Ok(found) => {
+                    let row = found.row();
+                    (row.quantities.map(|q| q.text()), row.verdict)
+                }
+                Err(_) => (COLUMNS.each_ref().map(|_| Quantity::Absent.text()), "not identified"),
+            };
+            let name = std::iter::once(readable(&axis.name));
+            name.chain(quantities).chain([verdict.to_owned()]).collect()
+        })
+    }
+}
+
+impl Found {
+    fn row(&self) -> Row {
+        self.joint.row(&self.motions)
+    }
+}
+
+impl Axis {
+    fn holds(&self) -> bool {
+        self.found.as_ref().is_ok_and(|found| found.row().holds)
+    }
+
+    /// What to know of it: of its columns, then its findings; or its error.
+    fn notes(&self) -> Vec<(Tone, String)> {
+        match &self.found {
+            Err(error) => vec![(Tone::Bad, format!("{error:#}"))],
+            Ok(found) => {
+                let findings = found.joint.findings();
+                let findings = findings.iter().map(ToString::to_string);
+                let notes = found.remark.iter().cloned().chain(findings);
+                notes.map(|note| (Tone::Caution, note)).collect()
+            }
+        }
+    }
+
+    /// Its section of the page.
+    fn page(&self) -> JointPage {
+        let name = format!("Axis {}", self.name);
+        match &self.found {
+            Err(error) => JointPage {
+                title: format!("{name}: not identified"),
+                subtitle: format!("{error:#}."),
+                ..JointPage::default()
+            },
+            Ok(found) => {
+                let mut page = found.joint.page(&found.motions);
+                page.title = format!("{name}: {}", page.title.to_lowercase());
+                page.warnings.splice(0..0, found.remark.clone());
+                page
+            }
+        }
+    }
+}
