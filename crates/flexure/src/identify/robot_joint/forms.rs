@@ -158,6 +158,8 @@ impl FormName {
         match self {
             FormName::CoulombViscous => "Fc sign(v) + Fv v + F0",
             FormName::Stribeck => "(Fc + (Fs - Fc) exp(-(v/vs)^2)) sign(v) + Fv v + F0",
+            FormName::DirectedViscous => "Fc sign(v) + Fv v + Fd |v| + F0",
+            FormName::DirectedStribeck => "(Fc + (Fs - Fc) exp(-(v/vs)^2)) sign(v) + Fv v + Fd |v| + F0",
             FormName::SmoothDry => "g4 tanh(g5 v)",
             FormName::SmoothCoulomb => "g4 tanh(g5 v) + g6 v",
             FormName::SmoothStribeck => "g1 (tanh(g2 v) - tanh(g3 v)) + g4 tanh(g5 v) + g6 v",
