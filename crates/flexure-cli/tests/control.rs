@@ -294,8 +294,15 @@ fn a_flexible_link_has_a_row_a_controller_too() {
     assert_eq!(object["results"][2]["controller"], "model-reference");
     assert!(error(2) < 0.5 * error(1) && error(1) < error(0), "{object}");
     // The record's hub and tip differ where the link bends.
-    let (hub, tip) = (folder.column("run.csv", "true_qm1"), folder.column("run.csv", "true_q1"));
-    let bent = hub.iter().zip(&tip).map(|(hub, tip)| (hub - tip).abs()).fold(0.0, f64::max);
+    let (hub, tip) = (
+        folder.column("run.csv", "true_qm1"),
+        folder.column("run.csv", "true_q1"),
+    );
+    let bent = hub
+        .iter()
+        .zip(&tip)
+        .map(|(hub, tip)| (hub - tip).abs())
+        .fold(0.0, f64::max);
     assert!((1e-4..0.1).contains(&bent), "{bent}");
     assert!(folder.read("page.html").contains("Control of the flexible link"));
 

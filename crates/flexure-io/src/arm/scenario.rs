@@ -36,7 +36,10 @@ pub const SCENARIOS: [(&str, &str); 5] = [
         "noisy-encoders",
         include_str!("../../presets/control/noisy-encoders.toml"),
     ),
-    ("flexible-link", include_str!("../../presets/control/flexible-link.toml")),
+    (
+        "flexible-link",
+        include_str!("../../presets/control/flexible-link.toml"),
+    ),
 ];
 
 /// The most seeds and controllers of a scenario, and the most samples of all controllers' first runs together, which are kept: 2 GiB.
@@ -290,10 +293,12 @@ fn motion(source: &Source, body: &Body, table: &TrajectoryTable) -> Result<Motio
     }
     let links = match (body, table.kind) {
         (Body::Link { .. }, TrajectoryKind::Commands) => {
-            let angles = table
-                .angles
-                .as_ref()
-                .ok_or_else(|| missing("angles", "the hub's angles that are commanded one after the other, in rad"))?;
+            let angles = table.angles.as_ref().ok_or_else(|| {
+                missing(
+                    "angles",
+                    "the hub's angles that are commanded one after the other, in rad",
+                )
+            })?;
             let frequency = table
                 .frequency
                 .ok_or_else(|| missing("frequency", "that of the reference model, in rad/s"))?;

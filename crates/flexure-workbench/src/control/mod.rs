@@ -128,14 +128,16 @@ pub fn compare(
             return None;
         }
         let seed = scenario.options.seed.wrapping_add(k);
-        Some(judge(scenario, plant.as_ref(), &all[i], seed, &watch).map(|(judged, run)| {
-            if let Ok(mut first) = firsts[i].lock()
-                && first.as_ref().is_none_or(|(before, _)| k < *before)
-            {
-                *first = Some((k, run));
-            }
-            judged
-        }))
+        Some(
+            judge(scenario, plant.as_ref(), &all[i], seed, &watch).map(|(judged, run)| {
+                if let Ok(mut first) = firsts[i].lock()
+                    && first.as_ref().is_none_or(|(before, _)| k < *before)
+                {
+                    *first = Some((k, run));
+                }
+                judged
+            }),
+        )
     });
     if watch.is_stopped() || results.len() < jobs.len() {
         bail!("stopped, as asked");

@@ -307,8 +307,7 @@ impl ModelReference {
 impl Controller for ModelReference {
     fn torque(&mut self, measured: &Measured) -> [f64; 2] {
         let (state, wanted) = (&measured.state, measured.reference[0]);
-        let error =
-            wanted.derivative(1) - state.dqm[0] + self.gains.surface * (wanted.value() - state.qm[0]);
+        let error = wanted.derivative(1) - state.dqm[0] + self.gains.surface * (wanted.value() - state.qm[0]);
         let x = [error, wanted.derivative(2), wanted.derivative(1)];
         let torque = self.adapted.iter().zip(x).map(|(k, x)| k * x).sum();
         for ((k, rate), x) in self.adapted.iter_mut().zip(self.gains.rates).zip(x) {
@@ -353,7 +352,14 @@ mod tests {
     #[test]
     fn the_reference_model_answers_its_commands() {
         let model = ModelResponse::new(&[0.8, -0.4], 6.0, 0.9).unwrap();
-        for (t, command) in [(0.0, 0.8), (2.5, 0.8), (5.9, 0.8), (6.0, -0.4), (7.7, -0.4), (40.0, -0.4)] {
+        for (t, command) in [
+            (0.0, 0.8),
+            (2.5, 0.8),
+            (5.9, 0.8),
+            (6.0, -0.4),
+            (7.7, -0.4),
+            (40.0, -0.4),
+        ] {
             let y = model.at(t)[0];
             let acceleration = 0.81 * (command - y.value()) - 1.8 * y.derivative(1);
             assert!((y.derivative(2) - acceleration).abs() < 1e-12, "{t}");
@@ -364,7 +370,10 @@ mod tests {
         }
         let [before, behind] = [6.0 - 1e-9, 6.0].map(|t| model.at(t)[0]);
         for order in 0..2 {
-            assert!((before.derivative(order) - behind.derivative(order)).abs() < 1e-8, "{order}");
+            assert!(
+                (before.derivative(order) - behind.derivative(order)).abs() < 1e-8,
+                "{order}"
+            );
         }
         assert!((model.at(40.0)[0].value() + 0.4).abs() < 1e-12);
     }
@@ -375,7 +384,9 @@ mod tests {
         let model = ModelResponse::new(&commands, 6.0, 0.8).unwrap();
         let mut law = ModelReference::new(gains).unwrap();
         let options = LoopOptions::new(model.end(), 0.01).unwrap();
-        let Run { t, truth, reference, .. } = run_loop(plant, &mut law, &mut Exact, &model, &options).unwrap();
+        let Run {
+            t, truth, reference, ..
+        } = run_loop(plant, &mut law, &mut Exact, &model, &options).unwrap();
         let late = (0..t.len()).filter(|&k| t[k] >= 60.0);
         let off = late.map(|k| [truth[k].qm[0] - reference[k][0], truth[k].q[0] - reference[k][0]]);
         let worst = off.fold([0.0_f64; 2], |worst, off| [0, 1].map(|i| worst[i].max(off[i].abs())));

@@ -122,9 +122,9 @@ fn link(
     known: Option<FlexibleLinkParameters>,
 ) -> Result<FlexibleLinkParameters, ArmError> {
     let value = |name: &str, unit: &str, given: Option<f64>, of: fn(&FlexibleLinkParameters) -> f64| {
-        given.or(known.as_ref().map(of)).ok_or_else(|| {
-            source.value(format!("{table}.{name}"), format!("missing; give it in {unit}"))
-        })
+        given
+            .or(known.as_ref().map(of))
+            .ok_or_else(|| source.value(format!("{table}.{name}"), format!("missing; give it in {unit}")))
     };
     let parameters = FlexibleLinkParameters {
         length: value("length", "m", given.length, |p| p.length)?,
@@ -141,7 +141,10 @@ fn link(
 fn arm(source: &Source, table: &str, choice: &BodyTable, folder: &Path) -> Result<ArmParameters, ArmError> {
     let key = |name: &str| format!("{table}.{name}");
     let Some(name) = &choice.arm else {
-        return Err(source.value(key("arm"), "missing; name an arm, or describe a flexible link under [plant.link]"));
+        return Err(source.value(
+            key("arm"),
+            "missing; name an arm, or describe a flexible link under [plant.link]",
+        ));
     };
     let known = PRESETS.iter().any(|(preset, _)| preset == name);
     let mut arm = match known {
