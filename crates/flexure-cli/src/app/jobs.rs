@@ -213,7 +213,7 @@ impl Job {
         }
         let mut code = status.code();
         if let (Some(0), Some(name)) = (code, self.outputs.get(OBJECT)) {
-            let kept = write_atomically(&project.folder.join(name), |out| {
+            let kept = write_atomically(project.folder.join(name), |out| {
                 out.write_all(self.said().result.as_bytes())
             });
             if let Err(error) = kept {

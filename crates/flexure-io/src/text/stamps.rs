@@ -126,7 +126,8 @@ mod tests {
         }
         for format in ["%d.%m.%Y %H:%M:%S,%f", "%d.%m.%Y %H:%M:%S.%f", "%d.%m.%Y %H:%M:%S%.f"] {
             for field in ["01.05.2024 10:00:00,1", "01.05.2024 10:00:00.100"] {
-                let given = Stamps::of(field, Some(&with_fraction(format)));
+                let fraction = with_fraction(format);
+                let given = Stamps::of(field, Some(&fraction));
                 assert_eq!(given.map(|g| g.1), Some(tenth), "{field} {format}");
             }
         }
