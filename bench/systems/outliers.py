@@ -40,7 +40,7 @@ def found(binary, structure, u, y, truth, *options):
         np.savetxt(path, np.c_[u, y], delimiter=",", header="u,y", comments="")
         command = [binary, "identify", path, "--structure", structure, "--json", "-o", model, *options]
         result = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
-        command = [binary, "predict", model, path, "--initial", "steady", "-o", out]
+        command = [binary, "predict", model, path, "--initial-state", "steady", "-o", out]
         subprocess.run(command, check=True, capture_output=True)
         table = np.genfromtxt(out, delimiter=",", names=True)
     fresh = slice(int(0.75 * SAMPLES), None)

@@ -51,14 +51,11 @@ pub fn bias(coefficient: f64, d: usize, gain: f64) -> f64 {
 
 /// The polynomial in the delay times $(1 - z^{-1})^d$.
 pub fn with_integrators(polynomial: &[f64], d: usize) -> Vec<f64> {
-    let mut all = polynomial.to_vec();
-    for _ in 0..d {
-        all.push(0.0);
-        for k in (1..all.len()).rev() {
-            all[k] -= all[k - 1];
-        }
-    }
-    all
+    (0..d).fold(polynomial.to_vec(), |before, _| {
+        let shifted = std::iter::once(0.0).chain(before.iter().copied());
+        let padded = before.iter().copied().chain([0.0]);
+        padded.zip(shifted).map(|(now, last)| now - last).collect()
+    })
 }
 
 /// The polynomial in the delay of one term of a numerator before d integrators.
