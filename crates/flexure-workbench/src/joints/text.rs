@@ -341,7 +341,8 @@ impl<'a> Outcome<'a> {
             _ => capitalised(&self.motion()),
         };
         let usable = matches!(fault, Some(Fault::RefutedForm | Fault::PoorMotion));
-        let advice = (self.is_refuted() && usable).then(|| "Where that matters, use the curves".to_owned());
+        let advice = (self.is_refuted() && usable)
+            .then(|| "Where the difference matters, use the curves instead of the forms".to_owned());
         let of = |(i, forms): (usize, &Vec<&Fitted>)| {
             let joint = match self.joints.len() {
                 1 => String::new(),
