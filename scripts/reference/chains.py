@@ -80,13 +80,13 @@ def solved(model, q, v, a):
     mass = pin.crba(model, data, q)
     mass = np.triu(mass) + np.triu(mass, 1).T
     regressor = pin.computeJointTorqueRegressor(model, data, q, v, a)
-    of_torques = pin.computeRNEADerivatives(model, data, q, v, a)[:2]
+    of_torques = [matrix.copy() for matrix in pin.computeRNEADerivatives(model, data, q, v, a)[:2]]
     # Of the inverse of the inertia matrix, only the upper half is written.
     of_accelerations = pin.computeABADerivatives(model, data, q, v, drive)
     inverse = np.triu(of_accelerations[2]) + np.triu(of_accelerations[2], 1).T
     derivatives = {
-        "torque_by_position": of_torques[0].copy(),
-        "torque_by_velocity": of_torques[1].copy(),
+        "torque_by_position": of_torques[0],
+        "torque_by_velocity": of_torques[1],
         "acceleration_by_position": of_accelerations[0].copy(),
         "acceleration_by_velocity": of_accelerations[1].copy(),
         "acceleration_by_torque": inverse,

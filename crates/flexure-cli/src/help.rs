@@ -14,7 +14,7 @@ use crate::reading::HEADING;
 
 /// The groups of options by their long names, which mean the same in all commands. Options of one structure or method, and those of
 /// reading a record, have headings of their own beside their definitions.
-const GROUPS: [(&str, &[&str]); 7] = [
+const GROUPS: [(&str, &[&str]); 8] = [
     (
         "Columns and time",
         &[
@@ -101,6 +101,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
             "seed",
         ],
     ),
+    ("Limits", &["memory"]),
     (
         "Evaluation",
         &["grid", "at", "outside", "skip", "missing", "initial-state", "horizon"],

@@ -130,7 +130,7 @@ fn records_that_are_computed_have_room() {
     folder.done("control --preset rest-to-rest --write-scenario s.toml --dry-run");
     let scenario = folder.read("s.toml");
     let sample_time = scenario.lines().find(|line| line.starts_with("sample_time")).unwrap();
-    let short = scenario.replace(sample_time, "sample_time = 2e-6");
+    let short = scenario.replace(sample_time, "sample_time = 2.5e-6");
     folder.write("s.toml", short);
     let before = folder.content();
     for arguments in [

@@ -298,6 +298,8 @@ pub struct Test {
     pub p_value: f64,
     /// Whether the hypothesis survived.
     pub passed: bool,
+    /// Whether the model is refuted if it did not.
+    pub refutes: bool,
     /// The verdict for reading.
     pub text: String,
 }

@@ -43,6 +43,7 @@ struct TestRow<'a> {
     limit: String,
     p_value: String,
     passed: bool,
+    refutes: bool,
     text: &'a str,
 }
 
@@ -224,6 +225,7 @@ fn row(test: &Test) -> TestRow<'_> {
         limit: number(test.limit, 4),
         p_value: p_value(test.p_value),
         passed: test.passed,
+        refutes: test.refutes,
         text: &test.text,
     }
 }

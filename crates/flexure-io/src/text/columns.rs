@@ -132,6 +132,9 @@ pub(super) fn is_readable(field: &str, options: &ReadOptions) -> bool {
         || Stamps::of(field, options.time_format.as_deref()).is_some()
 }
 
+/// The columns of the band in a file of a curve, which are empty where no band was wanted.
+const BAND: [&str; 2] = ["lower", "upper"];
+
 /// One column as it is read.
 pub(super) struct Column<'a> {
     pub(super) name: String,
@@ -223,7 +226,9 @@ impl<'a> Column<'a> {
     pub(super) fn unusable(&self) -> Option<Unusable> {
         match &self.kind {
             Kind::Text { why, .. } => Some(why.clone()),
-            Kind::Undecided if !self.values.is_empty() => Some(Unusable::Is("empty".to_owned())),
+            Kind::Undecided if !self.values.is_empty() && !BAND.contains(&self.name.as_str()) => {
+                Some(Unusable::Is("empty".to_owned()))
+            }
             _ => None,
         }
     }

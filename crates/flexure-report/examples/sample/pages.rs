@@ -268,6 +268,7 @@ fn test(name: &str, statistic: f64, limit: f64, p_value: f64, passed: bool, text
         limit,
         p_value,
         passed,
+        refutes: true,
         text: text.into(),
     }
 }

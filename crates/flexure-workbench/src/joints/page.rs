@@ -10,7 +10,9 @@ use flexure_report::data::{
 
 use super::flexible::{at_motor, forms};
 use super::simulation::Fit;
-use super::text::{Constant, Outcome, Units, constants, formula, inertia_text, lack_text, parameter_rows, titled};
+use super::text::{
+    Constant, Outcome, Units, constants, formula, inertia_text, lack_text, parameter_rows, titled, with_error,
+};
 use super::{Log, Motion};
 use crate::plots::{banded, median};
 use crate::text::{capitalised, decimal, number};
@@ -225,12 +227,12 @@ fn inertia(name: &str, value: Estimated, unit: &str) -> Fact {
         };
         return Fact::new(name, "not identifiable".to_owned(), note);
     }
-    let note = match value.standard_error {
-        0.0 => "as given".to_owned(),
-        error if error.is_finite() => format!("standard error {}", number(error)),
-        _ => "no standard error: see the notes".to_owned(),
+    let (number, note) = match value.standard_error {
+        0.0 => (number(value.value), "as given"),
+        error if error.is_finite() => (with_error(value), "± one standard error"),
+        _ => (number(value.value), "no standard error: see the notes"),
     };
-    Fact::new(name, typeset(&format!("{} {unit}", number(value.value))), note)
+    Fact::new(name, typeset(&format!("{number} {unit}")), note.to_owned())
 }
 
 /// Text of the terminal with the signs of a page.

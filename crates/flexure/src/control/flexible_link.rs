@@ -375,7 +375,7 @@ mod tests {
                 "{order}"
             );
         }
-        assert!((model.at(40.0)[0].value() + 0.4).abs() < 1e-12);
+        assert!((model.at(60.0)[0].value() + 0.4).abs() < 1e-12);
     }
 
     /// A run under commands that change every six seconds: behind 60 s, the largest distances of hub and tip from the model, rad.

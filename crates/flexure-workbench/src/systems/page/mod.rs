@@ -180,6 +180,7 @@ fn test(t: &flexure::validation::ResidualTest) -> Test {
         limit: t.limit,
         p_value: t.p_value,
         passed: t.passed(),
+        refutes: t.kind.refutes(),
         text,
     }
 }

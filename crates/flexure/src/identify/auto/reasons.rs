@@ -85,9 +85,7 @@ fn looks_like(symptoms: &[(Symptom, f64)]) -> String {
         .map(|(kind, share)| kind.sentence(&percent(*share)))
         .collect();
     match all.as_slice() {
-        [] => "Its error looks like noise, or like an input that was not recorded: neither a loop nor a drift in time, hysteresis or outliers \
-               are seen in it."
-            .to_owned(),
+        [] => "The error shows no more than that: neither a loop nor a drift in time, hysteresis or outliers are seen in it.".to_owned(),
         [first] => format!("Its error looks like {first}."),
         several => format!("Its error looks like, most of it first: {}.", several.join("; ")),
     }

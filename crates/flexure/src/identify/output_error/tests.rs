@@ -199,21 +199,6 @@ fn a_slow_pole_whose_zeros_nearly_cancel_it_drifts_alone() {
     assert!(!drifts_alone(&of(0.9995, &[-0.9992]), longest));
 }
 
-#[test]
-fn a_drift_of_the_output_adds_no_pole() {
-    let n = 600;
-    let u = noise(20, n);
-    let slow = |t: usize| 2.0 * (t as f64 / n as f64).exp();
-    let e = noise(21, n);
-    let y = filtered(&[0.0, 1.0], &[1.0, -0.8], &u);
-    let y = (0..n).map(|t| y[t] + slow(t) + 0.1 * e[t]).collect();
-    let found = with_monitor(|monitor| search(&Signals::of_input(u, y, 0), monitor)).unwrap();
-    let poles = found.system.denominator.poles();
-    assert!(poles.iter().all(|pole| pole.norm() < 0.95), "{poles:?}");
-    let gain = found.system.numerators[0].iter().sum::<f64>() / found.system.polynomial().iter().sum::<f64>();
-    assert!((gain - 5.0).abs() < 0.5, "{gain}");
-}
-
 /// A force with a bias through d integrators and a lag: the output begins at 3 and moves at first.
 fn integrating(d: usize, n: usize, level: f64) -> Signals {
     let u = noise(21, n);
