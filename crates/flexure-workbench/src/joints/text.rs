@@ -369,14 +369,9 @@ impl<'a> Outcome<'a> {
             }
             _ => capitalised(&self.motion()),
         };
-<<<<<<< HEAD
         let usable = matches!(fault, Some(Fault::RefutedForm | Fault::Doubtful | Fault::PoorMotion));
-        let advice = (self.is_refuted() && usable).then(|| "Where that matters, use the curves".to_owned());
-=======
-        let usable = matches!(fault, Some(Fault::RefutedForm | Fault::PoorMotion));
         let advice = (self.is_refuted() && usable)
             .then(|| "Where the difference matters, use the curves instead of the forms".to_owned());
->>>>>>> cc35c00644726f1e87b4d766b279160333ad2cc4
         let of = |(i, forms): (usize, &Vec<&Fitted>)| {
             let joint = match self.joints.len() {
                 1 => String::new(),
