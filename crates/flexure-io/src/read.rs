@@ -69,7 +69,6 @@ impl ReadOptions {
             true => (Path::new(STANDARD_INPUT), Source::Stream(Box::new(io::stdin().lock()))),
             false => (path, Source::open(path).map_err(|cause| Error::read(path, cause))?),
         };
-        let budget = Budget::new(path, self.memory);
         let unpacked = |(start, source): (Vec<u8>, Source)| match start.starts_with(bag::ZSTD) {
             true => Source::Stream(Box::new(zstd::Decoder::new(source.stream())?)).begun(),
             false => Ok((start, source)),
@@ -81,6 +80,12 @@ impl ReadOptions {
         if start.is_empty() {
             return Err(Error::Empty { path: path.to_owned() });
         }
+        self.read_begun(path, &start, source)
+    }
+
+    /// Reads what begins with these bytes, which with the file's name decide the format.
+    fn read_begun(&self, path: &Path, start: &[u8], source: Source) -> Result<RecordFile> {
+        let budget = Budget::new(path, self.memory);
         if start.starts_with(bag::MCAP) {
             return match source {
                 Source::File(file) => bag::read_mcap(&budget, path, self, || {

@@ -178,30 +178,9 @@ pub(crate) fn read_db3(
 
 fn read(budget: &Budget, path: &Path, options: &ReadOptions, bag: &mut dyn Bag) -> Result<RecordFile> {
     let joint = options.joint.as_deref();
-    let refused = |choose: bool, problem: String, topics| Error::Topics {
-        path: path.to_owned(),
-        problem,
-        choose,
-        topics,
-    };
     let topic = match &options.topic {
         Some(topic) => topic.clone(),
-        None => {
-            let topics = survey(budget, path, bag)?;
-            let fits = |topic: &&Topic| {
-                let has = joint.is_none_or(|joint| topic.joints.iter().any(|own| own == joint));
-                topic.problem.is_none() && topic.messages > 0 && has
-            };
-            let mut fitting = topics.iter().filter(fits).map(|topic| topic.name.clone());
-            match (fitting.next(), fitting.next(), joint) {
-                (Some(topic), None, _) => topic,
-                (Some(_), Some(_), _) => return Err(refused(true, "choose a topic by --topic".to_owned(), topics)),
-                (None, _, Some(joint)) => {
-                    return Err(refused(false, format!("no topic has a joint '{joint}'"), topics));
-                }
-                (None, _, None) => return Err(refused(false, "no topic has messages of numbers".to_owned(), topics)),
-            }
-        }
+        None => the_only_topic(path, joint, survey(budget, path, bag)?)?,
     };
     let at = |place: Place, fault: cdr::Fault| {
         let detail = format!("topic {topic}: the message at {place} {fault}");
@@ -232,16 +211,43 @@ fn read(budget: &Budget, path: &Path, options: &ReadOptions, bag: &mut dyn Bag) 
     })?;
     match table.filter(|table| !table.is_empty()) {
         Some(table) => table.finish(path, &topic, options.topic.is_none()),
-        None => {
-            let topics = survey(budget, path, bag)?;
-            let there = topics.iter().find(|own| own.name == topic);
-            let problem = match (there, joint) {
-                (None, _) => format!("there is no topic '{topic}'"),
-                (Some(own), Some(joint)) if own.messages > 0 => format!("topic {topic} has no joint '{joint}'"),
-                _ => format!("topic {topic} has no messages"),
-            };
-            Err(refused(false, problem, topics))
-        }
+        None => Err(nothing_of(path, &topic, joint, survey(budget, path, bag)?)),
+    }
+}
+
+/// The name of the topic that alone has messages of numbers, and this joint.
+fn the_only_topic(path: &Path, joint: Option<&str>, topics: Vec<Topic>) -> Result<String> {
+    let fits = |topic: &&Topic| {
+        let has = joint.is_none_or(|joint| topic.joints.iter().any(|own| own == joint));
+        topic.problem.is_none() && topic.messages > 0 && has
+    };
+    let mut fitting = topics.iter().filter(fits).map(|topic| topic.name.clone());
+    let (choose, problem) = match (fitting.next(), fitting.next(), joint) {
+        (Some(topic), None, _) => return Ok(topic),
+        (Some(_), Some(_), _) => (true, "choose a topic by --topic".to_owned()),
+        (None, _, Some(joint)) => (false, format!("no topic has a joint '{joint}'")),
+        (None, _, None) => (false, "no topic has messages of numbers".to_owned()),
+    };
+    Err(refused(path, choose, problem, topics))
+}
+
+/// Why nothing was read of a topic.
+fn nothing_of(path: &Path, topic: &str, joint: Option<&str>, topics: Vec<Topic>) -> Error {
+    let there = topics.iter().find(|own| own.name == topic);
+    let problem = match (there, joint) {
+        (None, _) => format!("there is no topic '{topic}'"),
+        (Some(own), Some(joint)) if own.messages > 0 => format!("topic {topic} has no joint '{joint}'"),
+        _ => format!("topic {topic} has no messages"),
+    };
+    refused(path, false, problem, topics)
+}
+
+fn refused(path: &Path, choose: bool, problem: String, topics: Vec<Topic>) -> Error {
+    Error::Topics {
+        path: path.to_owned(),
+        problem,
+        choose,
+        topics,
     }
 }
 

@@ -57,46 +57,56 @@ struct Line {
     bytes: Vec<u8>,
 }
 
+impl Line {
+    /// Refuses what is no text in UTF-8.
+    fn check_text(&self) -> Result<(), Problem> {
+        let other =
+            self.bytes.starts_with(b"\xff\xfe") || self.bytes.starts_with(b"\xfe\xff") || self.bytes.contains(&0);
+        match self.bytes.starts_with(PACKED) {
+            true => Err((self.number, LineProblem::Packed)),
+            false if other => Err((self.number, LineProblem::NotUtf8)),
+            false => Ok(()),
+        }
+    }
+}
+
+/// A separator at the end of every line makes no column.
+fn drop_empty_ends(rows: &mut [Vec<String>]) {
+    while rows[0].len() > 1 {
+        let last = rows[0].len() - 1;
+        if !rows.iter().all(|row| row.get(last).is_none_or(String::is_empty)) {
+            return;
+        }
+        rows.iter_mut().for_each(|row| row.truncate(last));
+    }
+}
+
+/// Refuses quotes that go on over lines.
+fn check_quotes(rows: &[Vec<String>], lines: &[Line]) -> Result<(), Problem> {
+    for (row, line) in rows.iter().zip(lines) {
+        for (end, problem) in [('\n', LineProblem::UnclosedQuote), ('\r', LineProblem::CarriageReturn)] {
+            if row.iter().any(|field| field.contains(end)) {
+                return Err((line.number, problem));
+            }
+        }
+    }
+    Ok(())
+}
+
 impl Layout {
     /// Decides from the beginning of a file, `None` if it has no content.
     pub(super) fn of(head: &[u8], options: &ReadOptions) -> Result<Option<Self>, Problem> {
         let lines = first_lines(head, options.skip, LINES);
         let Some(first) = lines.first() else { return Ok(None) };
-        if first.bytes.starts_with(PACKED)
-            || first.bytes.starts_with(b"\xff\xfe")
-            || first.bytes.starts_with(b"\xfe\xff")
-            || first.bytes.contains(&0)
-        {
-            let is_packed = first.bytes.starts_with(PACKED);
-            let problem = if is_packed {
-                LineProblem::Packed
-            } else {
-                LineProblem::NotUtf8
-            };
-            return Err((first.number, problem));
-        }
+        first.check_text()?;
         let separator = match options.separator {
             Some(' ') => None,
             Some(character) => Some(character as u8),
             None => separator(&lines, options)?,
         };
         let mut rows = rows(&lines, separator);
-        // A separator at the end of every line makes no column.
-        while rows[0].len() > 1
-            && rows
-                .iter()
-                .all(|row| row.get(rows[0].len() - 1).is_none_or(String::is_empty))
-        {
-            let width = rows[0].len() - 1;
-            rows.iter_mut().for_each(|row| row.truncate(width));
-        }
-        for (row, line) in rows.iter().zip(&lines) {
-            for (end, problem) in [('\n', LineProblem::UnclosedQuote), ('\r', LineProblem::CarriageReturn)] {
-                if row.iter().any(|field| field.contains(end)) {
-                    return Err((line.number, problem));
-                }
-            }
-        }
+        drop_empty_ends(&mut rows);
+        check_quotes(&rows, &lines)?;
         let mut layout = Layout {
             separator,
             names: Vec::new(),

@@ -1,6 +1,6 @@
 //! Which of the candidates the fresh samples support: tests and comparisons, no fits.
 
-use super::limits::{AS_GOOD, CUT, GENERAL};
+use super::limits::{CUT, GENERAL, TOLERATED_SHARE};
 use super::remainder::explained;
 use super::symptoms::{Symptom, symptoms};
 use super::{Refutation, complexity};
@@ -111,7 +111,7 @@ pub(super) fn judge<'a>(candidates: &[Judged<'a>], inputs: &[&[f64]]) -> Judgeme
         .map(|i| {
             let test = PairedComparison::new(&candidates[i].errors, &candidates[best].errors).ok()?;
             let excess = squares[i] / squares[best] - 1.0;
-            (test.p_value < level && excess > AS_GOOD).then(|| Refutation::Comparison {
+            (test.p_value < level && excess > TOLERATED_SHARE).then(|| Refutation::Comparison {
                 better: candidates[best].structure,
                 ratio: squares[i] / squares[best],
                 p_value: test.p_value,

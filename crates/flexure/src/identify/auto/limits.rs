@@ -3,7 +3,7 @@
 /// Robust standard deviations at which errors are cut before they are compared. Convention: normal errors are not cut.
 pub(super) const CUT: f64 = 6.0;
 /// A mean squared error larger by less than this share is as good: the candidates' own estimation errors differ. Convention.
-pub(super) const AS_GOOD: f64 = 0.02;
+pub(super) const TOLERATED_SHARE: f64 = 0.02;
 
 /// Structures of this complexity and above contain most others: they are fitted only where nothing simpler holds.
 pub(super) const GENERAL: usize = 4;

@@ -51,11 +51,11 @@ pub const FEWEST_IN_PIECE: usize = 15;
 pub const MOST_KINKS: usize = 4;
 
 /// A signal that explains this share of z's variance names it.
-pub const NAMES: f64 = 0.9;
+pub const NAMING_SHARE: f64 = 0.9;
 /// A static gain passes a constant if it is at least this share of the root of the impulse response's sum of squares,
 pub const PASSES_CONSTANT: f64 = 0.05;
 /// and at least this number between signals of unit variance.
-pub const NOTICED: f64 = 0.003;
+pub const SMALLEST_GAIN: f64 = 0.003;
 /// Samples of these impulse responses.
 pub const RESPONSE: usize = 500;
 /// By how many standard errors a parameter is changed to see what the curve does.
@@ -63,7 +63,7 @@ pub const BAND_STEP: f64 = 1e-3;
 /// Points of the band between which it is interpolated.
 pub const BAND_POINTS: usize = 201;
 /// A polynomial goes on beyond its data by this share of their range on either side; then straight.
-pub const CONTINUED: f64 = 0.5;
+pub const CONTINUED_SHARE: f64 = 0.5;
 
 /// Eigenvalues of the projector onto redundant directions below this share of the largest count as zero: rounding.
 pub const NEGLIGIBLE: f64 = 1e-9;

@@ -112,74 +112,85 @@ fn essential(at: &Loop) -> Basis {
 
 /// Directions that leave the output as it is, to first order, or that a convention forbids.
 fn redundant(at: &Loop) -> Vec<Vec<f64>> {
-    let (l, n) = (at.layout(), at.order());
-    let mut all = Vec::new();
-    let zero = || vec![0.0; at.count()];
-    // A change of state I + e X: dA = XA - AX, dB = XB, dC = -CX; X has one entry, at (p, q).
-    for p in 0..n {
-        for q in 0..n {
-            let mut d = zero();
-            for j in 0..n {
-                d[l.a(p, j)] += at.a[q * n + j];
-                d[l.a(j, q)] -= at.a[j * n + p];
-            }
-            d[l.bu(p)] = at.bu[q];
-            d[l.bw(p)] = at.bw[q];
-            d[l.cy(q)] = -at.cy[p];
-            d[l.cz(q)] = -at.cz[p];
-            all.push(d);
-        }
+    let mut all = changes_of_state(at);
+    all.extend([scale_of_w(at), moved_slope(at), level_of_f(at)]);
+    match at.entering {
+        Entering::Hidden => all.push(scale_of_z(at)),
+        Entering::Output => all.extend(ties_to_the_output(at)),
     }
-    // The scale of w.
-    let mut d = zero();
-    (0..n).for_each(|i| d[l.bw(i)] = at.bw[i]);
+    all
+}
+
+/// Changes of state I + e X: dA = XA - AX, dB = XB, dC = -CX; X has one entry, at (p, q).
+fn changes_of_state(at: &Loop) -> Vec<Vec<f64>> {
+    let (l, n) = (at.layout(), at.order());
+    let change = |p: usize, q: usize| {
+        let mut d = vec![0.0; at.count()];
+        for j in 0..n {
+            d[l.a(p, j)] += at.a[q * n + j];
+            d[l.a(j, q)] -= at.a[j * n + p];
+        }
+        d[l.bu(p)] = at.bu[q];
+        d[l.bw(p)] = at.bw[q];
+        d[l.cy(q)] = -at.cy[p];
+        d[l.cz(q)] = -at.cz[p];
+        d
+    };
+    (0..n)
+        .flat_map(|p| (0..n).map(move |q| (p, q)))
+        .map(|(p, q)| change(p, q))
+        .collect()
+}
+
+fn scale_of_w(at: &Loop) -> Vec<f64> {
+    let (l, mut d) = (at.layout(), vec![0.0; at.count()]);
+    (0..at.order()).for_each(|i| d[l.bw(i)] = at.bw[i]);
     d[l.dyw()] = at.dyw;
     at.spline.c.iter().enumerate().for_each(|(j, c)| d[l.spline() + j] = -c);
     for (k, kink) in at.spline.kinks.iter().enumerate() {
         d[l.spline() + at.spline.c.len() + 2 * k + 1] = -kink.bend;
     }
-    all.push(d);
-    // A slope that moves from f into the linear part.
-    let mut d = zero();
+    d
+}
+
+/// A slope that moves from f into the linear part.
+fn moved_slope(at: &Loop) -> Vec<f64> {
+    let (l, n, mut d) = (at.layout(), at.order(), vec![0.0; at.count()]);
     for i in 0..n {
         (0..n).for_each(|j| d[l.a(i, j)] = at.bw[i] * at.cz[j]);
         d[l.bu(i)] = at.bw[i] * at.dzu;
         d[l.cy(i)] = at.dyw * at.cz[i];
     }
     d[l.dyu()] = at.dyw * at.dzu;
-    at.spline
-        .line()
-        .iter()
-        .enumerate()
-        .for_each(|(j, x)| d[l.spline() + j] = -x);
-    all.push(d);
-    // The level of f.
-    let mut d = zero();
+    let line = at.spline.line();
+    line.iter().enumerate().for_each(|(j, x)| d[l.spline() + j] = -x);
+    d
+}
+
+fn level_of_f(at: &Loop) -> Vec<f64> {
+    let (l, mut d) = (at.layout(), vec![0.0; at.count()]);
     (0..at.spline.c.len()).for_each(|j| d[l.spline() + j] = 1.0);
-    all.push(d);
-    match at.entering {
-        // The scale of z.
-        Entering::Hidden => {
-            let mut d = zero();
-            (0..n).for_each(|i| d[l.cz(i)] = at.cz[i]);
-            d[l.dzu()] = at.dzu;
-            all.push(d);
-        }
-        // z stays the same multiple of y.
-        Entering::Output => {
-            let scale = at.scale_of_entering();
-            let mut tie = |z: usize, y: usize| {
-                let mut d = zero();
-                (d[z], d[y]) = (1.0, -scale);
-                all.push(d);
-            };
-            (0..n).for_each(|i| tie(l.cz(i), l.cy(i)));
-            tie(l.dzu(), l.dyu());
-            let mut d = zero();
-            d[l.dyw()] = 1.0;
-            all.push(d);
-        }
-    }
+    d
+}
+
+fn scale_of_z(at: &Loop) -> Vec<f64> {
+    let (l, mut d) = (at.layout(), vec![0.0; at.count()]);
+    (0..at.order()).for_each(|i| d[l.cz(i)] = at.cz[i]);
+    d[l.dzu()] = at.dzu;
+    d
+}
+
+/// Where z is a multiple of y: it stays the same multiple, and y has no direct part of w.
+fn ties_to_the_output(at: &Loop) -> Vec<Vec<f64>> {
+    let (l, scale) = (at.layout(), at.scale_of_entering());
+    let of = |entries: &[(usize, f64)]| {
+        let mut d = vec![0.0; at.count()];
+        entries.iter().for_each(|&(i, value)| d[i] = value);
+        d
+    };
+    let tie = |z: usize, y: usize| of(&[(z, 1.0), (y, -scale)]);
+    let mut all: Vec<_> = (0..at.order()).map(|i| tie(l.cz(i), l.cy(i))).collect();
+    all.extend([tie(l.dzu(), l.dyu()), of(&[(l.dyw(), 1.0)])]);
     all
 }
 

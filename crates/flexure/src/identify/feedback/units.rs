@@ -10,7 +10,7 @@
 //! - Where a constant does not pass from the input or from w to z, there is no such f. Then its tangent at the median of z is moved into
 //!   the linear part, and its scale is that of the output.
 
-use super::limits::{BAND_POINTS, BAND_STEP, CONTINUED, NAMES, NOTICED, PASSES_CONSTANT, RESPONSE};
+use super::limits::{BAND_POINTS, BAND_STEP, CONTINUED_SHARE, NAMING_SHARE, PASSES_CONSTANT, RESPONSE, SMALLEST_GAIN};
 use super::loss::LoopError;
 use super::search::on_breakpoints;
 use super::system::{Entering, Loop, Observed, dot};
@@ -155,7 +155,7 @@ fn named(system: &Loop, z: &[f64], y: &[f64], output: Scale) -> (Signal, Absciss
     });
     let best = fits
         .into_iter()
-        .filter(|f| f.0 >= NAMES && f.2.slope.is_finite() && f.2.slope != 0.0);
+        .filter(|f| f.0 >= NAMING_SHARE && f.2.slope.is_finite() && f.2.slope != 0.0);
     let hidden = (Signal::Hidden, Abscissa { slope: 1.0, level: 0.0 });
     best.max_by(|a, b| a.0.total_cmp(&b.0))
         .map_or(hidden, |(_, signal, abscissa)| (signal, abscissa))
@@ -169,7 +169,7 @@ fn holding(system: &Loop, input: Scale) -> Option<Ordinate> {
     let gain = |b: &[f64]| dot(&system.cz, (&inverse * Vector::from_column_slice(b)).as_slice());
     let (of_w, of_u) = (gain(&system.bw), gain(&system.bu) + system.dzu);
     let sizes = [(&system.bw, 0.0), (&system.bu, system.dzu)].map(|(b, d)| response_size(system, b, d));
-    let passes = |g: f64, size: f64| g.is_finite() && g.abs() >= NOTICED && g.abs() >= PASSES_CONSTANT * size;
+    let passes = |g: f64, size: f64| g.is_finite() && g.abs() >= SMALLEST_GAIN && g.abs() >= PASSES_CONSTANT * size;
     (passes(of_w, sizes[0]) && passes(of_u, sizes[1])).then(|| Ordinate {
         scale: -input.spread * of_w / of_u,
         slope: input.spread / of_u,
@@ -205,7 +205,7 @@ fn continued(system: &Loop, z: &[f64]) -> Option<crate::identify::block::KinkedS
         return None;
     }
     let (low, high) = (spline.breakpoints()[0], spline.breakpoints()[1]);
-    let more = CONTINUED * (high - low);
+    let more = CONTINUED_SHARE * (high - low);
     on_breakpoints(spline, &[low - more, high + more], z)
 }
 

@@ -132,9 +132,14 @@ impl Equation {
         *ones = filter.all_pole(ones);
         let driven = orders.numerators();
         columns[..driven].iter_mut().for_each(|c| *c = differenced(c, d));
-        let y = filter.all_pole(&differenced(&data.y, d));
+        // The first d differences are of nothing: the state at the start acts behind them.
+        columns[driven..driven + orders.poles]
+            .iter_mut()
+            .for_each(|c| *c = delayed(c, d, 1.0));
+        let mut y = differenced(&data.y, d);
+        y.iter_mut().take(d).for_each(|y| *y = 0.0);
+        let y = filter.all_pole(&y);
         columns.extend((1..=orders.poles).map(|k| delayed(&y, k, -1.0)));
-        // The first differences are of nothing.
         let coefficients = least_squares(&y, &columns, orders.first().max(d))?.coefficients;
         let (others, a) = coefficients.split_at(columns.len() - orders.poles);
         let a: Vec<f64> = std::iter::once(1.0).chain(a.iter().copied()).collect();

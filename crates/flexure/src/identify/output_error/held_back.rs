@@ -2,7 +2,7 @@
 
 use super::super::block::{Monitor, Signals};
 use super::fit::Criterion;
-use super::limits::{AS_GOOD, COMPARED_BLOCKS, HELD_BACK, NOTHING, PART, WORSE};
+use super::limits::{COMPARED_BLOCKS, HELD_BACK, NEGLIGIBLE_ERROR, PART, TOLERATED_RATIO, WORSE_T};
 use super::system::{LinearSystem, Orders, head};
 use crate::linear::correlation::{mean, variance};
 
@@ -38,7 +38,7 @@ impl HeldBack {
             let errors: Vec<f64> = (output.iter().zip(&data.y).skip(fitted))
                 .map(|(p, y)| (p - y).powi(2))
                 .collect();
-            score += (mean(&errors) + NOTHING).ln() / HELD_BACK.len() as f64;
+            score += (mean(&errors) + NEGLIGIBLE_ERROR).ln() / HELD_BACK.len() as f64;
             let next = HELD_BACK
                 .get(k + 1)
                 .map_or(data.y.len(), |next| fitted_samples(*next, data.y.len()));
@@ -49,7 +49,7 @@ impl HeldBack {
 
     /// Whether these errors are as small as others, which are smaller in sum, as far as the samples show.
     pub fn as_good_as(&self, best: &HeldBack) -> bool {
-        if !(self.score <= best.score + AS_GOOD.ln()) {
+        if !(self.score <= best.score + TOLERATED_RATIO.ln()) {
             return false;
         }
         let differences: Vec<f64> = self.squares.iter().zip(&best.squares).map(|(s, b)| s - b).collect();
@@ -57,6 +57,6 @@ impl HeldBack {
         let means: Vec<f64> = differences.chunks(size).map(mean).collect();
         let error = (variance(&means) / (means.len() as f64 - 1.0)).sqrt();
         // Without a finite error there is nothing to compare.
-        !(mean(&means) > WORSE * error)
+        !(mean(&means) > WORSE_T * error)
     }
 }

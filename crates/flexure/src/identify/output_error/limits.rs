@@ -11,16 +11,16 @@ pub const SAMPLES_A_PARAMETER: usize = 4;
 /// The shares of the record after which a fit to what comes before runs on through the rest.
 pub const HELD_BACK: [f64; 5] = [0.4, 0.5, 0.6, 0.7, 0.8];
 /// A squared error below this share of the output's variance is nothing: such models are as good as one another. Convention.
-pub const NOTHING: f64 = 1e-10;
+pub const NEGLIGIBLE_ERROR: f64 = 1e-10;
 /// The held-back squared error of a simpler system may be larger by this factor. Of 1.05, 1.1 and none, this was best on the real
 /// records of `bench/records`.
-pub const AS_GOOD: f64 = 1.03;
+pub const TOLERATED_RATIO: f64 = 1.03;
 /// Blocks that the held-back errors of two systems are compared in, and the standard errors from which one is worse: 1 % of a t
 /// distribution with as many degrees of freedom.
 pub const COMPARED_BLOCKS: usize = 20;
-pub const WORSE: f64 = 2.54;
-/// A system that rings for this many times the samples does not decay within them. Convention.
-pub const RINGING: f64 = 5.0;
+pub const WORSE_T: f64 = 2.54;
+/// A system whose slowest pole decays over more than this many times the samples does not decay within them. Convention.
+pub const LONGEST_DECAY: f64 = 5.0;
 /// The most integrators: a position has two between a force and itself.
 pub const MOST_INTEGRATORS: usize = 2;
 /// Integrators are tried where a system without them has a pole this near to 1. Convention: it bounds the time.

@@ -10,7 +10,7 @@ use super::super::block::{Monitor, Signals, Stage, StopRule, linear_delays};
 use super::fit::{Criterion, whitened};
 use super::held_back::{HeldBack, fitted_samples};
 use super::limits::{
-    FIT, HELD_BACK, LAST, MOST_INTEGRATORS, MOST_POLES, NEARLY_INTEGRATES, RINGING, ROUNDS, SAMPLES_A_PARAMETER,
+    FIT, HELD_BACK, LAST, LONGEST_DECAY, MOST_INTEGRATORS, MOST_POLES, NEARLY_INTEGRATES, ROUNDS, SAMPLES_A_PARAMETER,
     SEARCH_SAMPLES,
 };
 use super::system::{LinearSystem, Numerator, Orders, head};
@@ -200,7 +200,7 @@ fn candidate(
     let mut go_on = |_: &str| ControlFlow::Continue(());
     let monitor = &mut Monitor::new(&mut go_on);
     let system = criterion.fitted(orders, data, start, rule, monitor)?;
-    let longest = (-1.0 / (RINGING * data.y.len() as f64)).exp();
+    let longest = (-1.0 / (LONGEST_DECAY * data.y.len() as f64)).exp();
     let rings_on = |pole: &Complex<f64>| pole.im != 0.0 && pole.norm() > longest;
     if system.denominator.poles().iter().any(rings_on) || drifts_alone(&system, longest) {
         return None;
