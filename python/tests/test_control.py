@@ -78,6 +78,12 @@ def test_systems_that_do_not_fit_are_refused_in_words():
     ]:
         with pytest.raises(flexure.ParameterError, match=message):
             Scenario.from_text(SHORT).compare({"x": wrong})
+    for name, message in [
+        ("pd-feedforward", "the name of system 1: 'pd-feedforward' is the name of another controller"),
+        ("x" * 100_000, "the name of system 1: a name has at most 60 characters"),
+    ]:
+        with pytest.raises(flexure.FlexureError, match=message):
+            Scenario.from_text(SHORT).compare({name: system()})
 
 
 def test_a_flexible_link_learns_its_payload():

@@ -65,4 +65,5 @@ pub use record::{Paths, read_arm_record};
 pub use run::{run, run_driven, run_watched};
 pub use scenario::{
     Body, ControllerKind, ControllerTable, EstimatorKind, Motion, SCENARIOS, Scenario, scenario_preset_text,
+    unusable_name,
 };

@@ -59,6 +59,8 @@ function plotRecord(record) {
   const at = gridValues(record.time);
   const group = gridGroup("record", record.time);
   const tall = record.signals.length > 5 ? 96 : 132;
+  // Where a name does not fit beside its plot, all plots carry units alone: the legends have the names.
+  const short = record.signals.some((signal) => signal.label.length > (tall - LEGEND_HEIGHT) / 7);
   record.signals.forEach((signal, i) => {
     const last = i + 1 === record.signals.length;
     const name = SIGNAL_COLOURS[i % SIGNAL_COLOURS.length];
@@ -68,13 +70,12 @@ function plotRecord(record) {
     box.setAttribute("aria-label", `${signal.name} over ${record.time.label}`);
     box.dataset.height = tall + (last ? 42 : 0) + LEGEND_HEIGHT;
     host.append(box);
-    // A long name does not fit beside a short plot; the legend has it.
     const unit = signal.label.slice(signal.name.length).replace(/[()]/g, "").trim();
     chart(box, {
       at,
       group,
       x: { label: record.time.label, ticks: last },
-      y: { label: tall < 100 && signal.label.length > 10 && unit ? unit : signal.label },
+      y: { label: short ? unit || " " : signal.label },
       series: [line(signal.name, name, { width: 1.3 })],
       data: [signal.values],
       below: (u) => drawFresh(u, record.fresh_from, i === 0),

@@ -117,8 +117,14 @@ pub(crate) fn text<'a>(page: &'a ControlPage, payload: &Payload<'_>) -> Text<'a>
         page.paths.iter().map(one).collect()
     });
     let scale = frame.map(|(_, side)| {
-        // A power of ten, at most a fifth of the side.
-        let length = 10.0_f64.powf((0.2 * side).log10().floor());
+        // 1, 2 or 5 times a power of ten, at most a fifth of the side.
+        let most = 0.2 * side;
+        let ten = 10.0_f64.powf(most.log10().floor());
+        let length = [5.0, 2.0]
+            .map(|k| k * ten)
+            .into_iter()
+            .find(|length| *length <= most)
+            .unwrap_or(ten);
         ScaleText {
             end: SIZE * (MARGIN + (1.0 - 2.0 * MARGIN) * length / side),
             label: format!("{length} m"),

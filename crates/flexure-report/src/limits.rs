@@ -17,7 +17,7 @@ pub const SIGNAL_POINTS: usize = 12_000;
 
 /// Most samples of the moving arm. A longer motion is cut, not thinned: leaving out samples would show vibrations that
 /// are not there (aliases). The page says what part it shows.
-pub const ARM_SAMPLES: usize = 6_000;
+pub const ARM_SAMPLES: usize = 10_000;
 
 /// Most points of a curve on a grid (nonlinearity, Bode, scores); a longer one keeps every k-th.
 pub const CURVE_POINTS: usize = 4_000;

@@ -22,7 +22,7 @@ use super::values::pairs;
 pub use body::Body;
 use body::BodyTable;
 use controllers::complete;
-pub use controllers::{ControllerKind, ControllerTable, EstimatorKind};
+pub use controllers::{ControllerKind, ControllerTable, EstimatorKind, unusable_name};
 
 /// The names of the scenarios that come with Flexure, with their commented texts.
 pub const SCENARIOS: [(&str, &str); 5] = [

@@ -12,7 +12,7 @@ use anyhow::{Result, bail};
 use flexure::control::estimation::Consistency;
 use flexure::control::{Controller, Figures, LoopOptions, Plant, Run, run_loop_watched, tip};
 use flexure::simulation::{Sampling, batch};
-use flexure_io::arm::{Body, ControllerTable, Scenario};
+use flexure_io::arm::{Body, ControllerTable, Scenario, unusable_name};
 use flexure_io::check_computed;
 
 pub use outcome::{Outcome, Row, Spread};
@@ -93,6 +93,12 @@ pub fn compare(
         own: Some(make),
     });
     let all: Vec<Contestant> = tables.chain(brought).collect();
+    for (i, contestant) in all.iter().enumerate().skip(scenario.controllers.len()) {
+        let others = all[..i].iter().map(|other| other.name.as_str());
+        if let Some(reason) = unusable_name(&contestant.name, others) {
+            bail!("the name of system {}: {reason}", i + 1 - scenario.controllers.len());
+        }
+    }
     let seeds = seeds.unwrap_or(scenario.seeds);
     let runs = seeds.saturating_mul(all.len());
     if runs > MOST_RUNS {

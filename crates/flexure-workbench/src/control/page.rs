@@ -34,8 +34,14 @@ impl Outcome {
         // Shaped references end later: all signals are as long as the shortest.
         let length = shown.iter().map(|(_, run)| run.t.len()).min().unwrap_or(0);
         if let Some((_, run)) = shown.first() {
-            signals.extend([0, 1].map(|j| Signal {
-                name: format!("torque {}", j + 1),
+            // A flexible link has one motor.
+            let names: &[&str] = if self.is_arm() {
+                &["torque 1", "torque 2"]
+            } else {
+                &["torque"]
+            };
+            signals.extend(names.iter().enumerate().map(|(j, name)| Signal {
+                name: (*name).to_owned(),
                 unit: "N m".to_owned(),
                 values: run.torque.iter().map(|torque| torque[j]).collect(),
             }));
@@ -55,7 +61,7 @@ impl Outcome {
         ControlPage {
             title: format!("Control of {}: {scenario}", self.body),
             subtitle: format!("{what} on one motion of {} s, {runs} of each.", short(self.end)),
-            facts: best.map(facts).unwrap_or_default(),
+            facts: best.map(|best| self.facts(best)).unwrap_or_default(),
             warnings: (self.rows.iter())
                 .filter_map(|row| {
                     row.failure
@@ -74,9 +80,8 @@ impl Outcome {
             paths: self.paths(&shown),
             signals,
             time: Axis::of_samples(Some(self.sample_time), 0),
-            // A flexible link has no second one to be drawn.
             arm: (shown.first())
-                .filter(|_| self.links[1].length > 0.0)
+                .filter(|_| self.is_arm())
                 .map(|(row, run)| self.motion(row, run)),
             command,
         }
@@ -123,24 +128,33 @@ impl Outcome {
             tau: pair(&|k| run.torque[k]),
         }
     }
-}
 
-fn facts(best: &Row) -> Vec<Fact> {
-    vec![
-        Fact::new(
-            "Smallest error",
-            format!("{} mm", short(1e3 * best.tip_error_max.median)),
-            format!("at most, by {}", best.controller),
-        ),
-        Fact::new(
-            "Its root mean square",
-            format!("{} mm", short(1e3 * best.tip_error_rms.median)),
-            "over motion and rest",
-        ),
-        Fact::new(
-            "Its peak torque",
-            format!("{} N m", short(best.torque_peak.median)),
-            "of either motor",
-        ),
-    ]
+    /// A flexible link has no second one.
+    fn is_arm(&self) -> bool {
+        self.links[1].length > 0.0
+    }
+
+    fn facts(&self, best: &Row) -> Vec<Fact> {
+        vec![
+            Fact::new(
+                "Smallest error",
+                format!("{} mm", short(1e3 * best.tip_error_max.median)),
+                format!("at most, by {}", best.controller),
+            ),
+            Fact::new(
+                "Its root mean square",
+                format!("{} mm", short(1e3 * best.tip_error_rms.median)),
+                "over motion and rest",
+            ),
+            Fact::new(
+                "Its peak torque",
+                format!("{} N m", short(best.torque_peak.median)),
+                if self.is_arm() {
+                    "of either motor"
+                } else {
+                    "of the motor"
+                },
+            ),
+        ]
+    }
 }

@@ -296,15 +296,15 @@ impl<T: Trajectory> Trajectory for TurnCounted<T> {
 pub struct JointMoves {
     postures: Vec<[f64; 2]>,
     duration: f64,
-    hold: f64,
+    pause: f64,
 }
 
 impl JointMoves {
-    /// Moves through `postures` (rad), each in `duration` seconds, with rests of `hold` seconds between them.
+    /// Moves through `postures` (rad), each in `duration` seconds, with rests of `pause` seconds between them.
     ///
     /// # Errors
     /// [`Error::Parameter`] for fewer than two postures, angles that are not finite, and times outside their range.
-    pub fn new(postures: &[[f64; 2]], duration: f64, hold: f64) -> Result<Self> {
+    pub fn new(postures: &[[f64; 2]], duration: f64, pause: f64) -> Result<Self> {
         if postures.len() < 2 {
             return Err(Error::parameter("postures", postures.len() as f64, "at least 2"));
         }
@@ -314,13 +314,13 @@ impl JointMoves {
         if !(duration > 0.0 && duration.is_finite()) {
             return Err(Error::parameter("duration", duration, "positive and finite (in s)"));
         }
-        if !(hold >= 0.0 && hold.is_finite()) {
-            return Err(Error::parameter("hold", hold, "not negative and finite (in s)"));
+        if !(pause >= 0.0 && pause.is_finite()) {
+            return Err(Error::parameter("pause", pause, "not negative and finite (in s)"));
         }
         Ok(JointMoves {
             postures: postures.to_vec(),
             duration,
-            hold,
+            pause,
         })
     }
 }
@@ -329,7 +329,7 @@ impl Trajectory for JointMoves {
     fn at(&self, t: f64) -> [Jet; 2] {
         let mut q = self.postures[0].map(Jet::constant);
         for (i, pair) in self.postures.windows(2).enumerate() {
-            let start = i as f64 * (self.duration + self.hold);
+            let start = i as f64 * (self.duration + self.pause);
             let s = smooth_step((time(t) - Jet::constant(start)) * (1.0 / self.duration));
             q = [0, 1].map(|j| q[j] + s * (pair[1][j] - pair[0][j]));
         }
@@ -338,7 +338,7 @@ impl Trajectory for JointMoves {
 
     fn end(&self) -> f64 {
         let moves = (self.postures.len() - 1) as f64;
-        moves * self.duration + (moves - 1.0) * self.hold
+        moves * self.duration + (moves - 1.0) * self.pause
     }
 }
 

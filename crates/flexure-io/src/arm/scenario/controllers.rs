@@ -9,6 +9,9 @@ use super::super::file::Source;
 use super::super::values::of_joints;
 use super::Body;
 
+/// Characters of a name: rows of a table have it at their start.
+const LONGEST_NAME: usize = 60;
+
 /// The kinds of controllers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -250,11 +253,19 @@ pub(super) fn complete(
             estimator.unwrap_or_default()
         );
     }
-    match before.iter().any(|other| other.name == table.name) {
-        true => wrong(
-            "name",
-            format!("'{}' is the name of another controller; give each its own", table.name),
-        ),
-        false => Ok(()),
+    let others = before.iter().map(|other| other.name.as_str());
+    match unusable_name(&table.name, others) {
+        Some(reason) => wrong("name", reason),
+        None => Ok(()),
     }
+}
+
+/// Why a controller cannot be called so beside these others; `None` where it can.
+pub fn unusable_name<'a>(name: &str, mut others: impl Iterator<Item = &'a str>) -> Option<String> {
+    if name.chars().count() > LONGEST_NAME || name.chars().any(char::is_control) {
+        return Some(format!("a name has at most {LONGEST_NAME} characters, all in one line"));
+    }
+    others
+        .any(|other| other == name)
+        .then(|| format!("'{name}' is the name of another controller; give each its own"))
 }

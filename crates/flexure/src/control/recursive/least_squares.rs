@@ -102,8 +102,13 @@ impl LeastSquares {
             if x[0] == 0.0 {
                 continue;
             }
-            // The squares of small values may be zero.
-            let size = r[0].hypot(x[0]);
+            // The squares of small values may be zero, and those of large ones infinite.
+            let square = r[0] * r[0] + x[0] * x[0];
+            let size = if square.is_normal() {
+                square.sqrt()
+            } else {
+                r[0].hypot(x[0])
+            };
             let (c, s) = (r[0] / size, x[0] / size);
             for (r, x) in r.iter_mut().zip(x.iter_mut()) {
                 let (a, b) = (*r, *x);
