@@ -125,8 +125,8 @@ class Scenario:
         """Runs every controller of the scenario, and linear systems beside them.
 
         A system's inputs are the errors of both motors' angles in rad, with four inputs those of their velocities in rad/s behind
-        them; its outputs are both torques in N m. One in continuous time is sampled at the loop's sample time, its inputs held. With `feedforward` the torque of the model's motion is added, and the errors are
-        against that motion. Systems are given the true state.
+        them; its outputs are both torques in N m. One in continuous time is sampled at the loop's sample time, its inputs held. With
+        `feedforward` the torque of the model's motion is added, and the errors are against that motion. Systems are given the true state.
         """
         brought = [_matrices(name, system, self._core.sample_time) for name, system in (systems or {}).items()]
         return Results(self._core.compare([(*matrices, feedforward) for matrices in brought], seeds))
@@ -136,7 +136,7 @@ def _matrices(name: str, system: StateSpace, step: float) -> tuple[str, Array, A
     """The matrices row by row, and whether they are in continuous time."""
     if not all(hasattr(system, matrix) for matrix in "ABCD"):
         raise _core.ParameterError(f"the system '{name}' has no A, B, C and D; make it a state space, as control.ss(system) does")
-    dt = getattr(system, "dt", None)
+    dt: Any = getattr(system, "dt", None)
     continuous = dt is None or dt == 0
     # True is python-control's discrete time without a sample time.
     if not continuous and dt is not True and not np.isclose(dt, step, rtol=1e-9, atol=0):

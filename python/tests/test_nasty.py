@@ -121,7 +121,7 @@ JOBS = {
     "streamed kernel": lambda u, y: StreamedKernelRegressor(bandwidth=0.2, block=20).fit(u, y).predict(GOOD[:9]),
     "chain": chain,
     "chain in time": chain_run,
-    "feedback": fit(lambda: flexure.Feedback(order=1)),
+    "feedback": fit(lambda: flexure.Feedback()),
     "Hammerstein": fit(flexure.Hammerstein),
     "linear": fit(flexure.Linear),
     "NARX": fit(flexure.NARX),
@@ -146,7 +146,8 @@ def test_numbers_are_used_or_refused(job, place):
             assert str(error) and len(str(error)) < 2000, name
             assert "Flexure failed inside" not in str(error), name
         else:
-            if not isinstance(result, str):
+            # In the preparation an infinite sample is a missing one, and stays.
+            if not isinstance(result, str) and job != "prepare":
                 found = numbers(result)
                 assert not np.isinf(found).any(), (name, result)
 

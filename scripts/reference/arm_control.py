@@ -74,6 +74,21 @@ u.predict()
 show("x predicted", u.x)
 show("P predicted, diagonal", np.diag(u.P))
 
+# The extended filter's prediction, by FilterPy: F and the held torques' effect are those of the linearisation at the middle of the step, by
+# complex steps and by SciPy's exponential.
+STATE = np.array([0.3, 1.0, 0.32, 0.97, 0.4, -0.3, 0.35, -0.2])
+MIDDLE = 0.5 * (STATE + moved(STATE))
+TINY = 1e-30j
+a = np.stack([nonlinear(MIDDLE + TINY * e, TORQUE).imag / TINY.imag for e in np.eye(8)], axis=1)
+b = np.stack([nonlinear(MIDDLE, TORQUE + e) - nonlinear(MIDDLE, TORQUE) for e in np.eye(2)], axis=1)
+flow = linalg.expm(STEP * np.block([[a, b], [np.zeros((2, 10))]]))
+e = ExtendedKalmanFilter(8, 2)
+e.F, e.P = flow[:8, :8], P.copy()
+e.Q = DEVIATION**2 * flow[:8, 8:] @ flow[:8, 8:].T + DRIFT**2 * STEP * np.diag([0.0] * 4 + [1.0] * 4)
+e.predict()
+show("P predicted by the extended filter, diagonal", np.diag(e.P))
+show("P predicted by the extended filter, first row", e.P[0])
+
 
 # What shapers for the frequency 1 leave of a step's vibration in x'' + 2 z w x' + w^2 x = w^2 u, by SciPy's matrix exponential, with the
 # amplitudes as they are published.

@@ -2,9 +2,13 @@
 
 mod common;
 
+use std::fmt::Write as _;
 use std::process::Command;
 
 use common::Folder;
+use flexure_io::read_model;
+use rand::{RngExt as _, SeedableRng as _};
+use rand_pcg::Pcg64;
 use serde_json::json;
 
 fn folder() -> Folder {
@@ -13,6 +17,18 @@ fn folder() -> Folder {
     folder.known("fresh.csv", 300, 2);
     folder.done("identify r.csv --input u --output y -o model.json");
     folder
+}
+
+/// Runs code by Python in the folder; skips where there is none.
+fn python(folder: &Folder, code: &str) {
+    let done = Command::new("python3")
+        .args(["-c", code])
+        .current_dir(folder.path("."))
+        .output();
+    match done {
+        Ok(done) => assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr)),
+        Err(_) => eprintln!("skipped: there is no python3"),
+    }
 }
 
 #[test]
@@ -28,13 +44,50 @@ read = lambda name, column: [float(row[column]) for row in csv.DictReader(open(n
 found, predicted = plant().simulate(read('fresh.csv', 'u')), read('p.csv', 'predicted')
 assert len(found) == 300 and max(abs(f - p) for f, p in zip(found, predicted)) < 1e-12
 ";
-    match Command::new("python3")
-        .args(["-c", code])
-        .current_dir(folder.path("."))
-        .output()
-    {
-        Ok(done) => assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr)),
-        Err(_) => eprintln!("skipped: there is no python3"),
+    python(&folder, code);
+}
+
+#[test]
+fn a_model_that_integrates_is_kept_and_exported() {
+    let folder = Folder::new();
+    for (integrators, named) in [
+        (1, "an integrator, time constant"),
+        (2, "an integrator, an integrator, time constant"),
+    ] {
+        let mut random = Pcg64::seed_from_u64(4);
+        let (mut lag, mut sums) = (0.0, [0.0; 2]);
+        let mut rows = "t,u,y\n".to_owned();
+        for k in 0..2000 {
+            let (u, noise) = (random.random_range(-1.0..1.0), random.random_range(-1e-3..1e-3));
+            let y: f64 = sums[integrators - 1] + noise;
+            writeln!(rows, "{},{u},{y}", 0.01 * f64::from(k)).unwrap();
+            lag = 0.8 * lag + 0.2 * u;
+            sums = [sums[0] + lag, sums[1] + sums[0] + lag];
+        }
+        folder.write("r.csv", rows);
+        let text =
+            folder.said("identify r.csv --input u --output y --structure linear -o model.json --report page.html");
+        assert!(text.contains(named) && !text.contains("unstable"), "{text}");
+        let page = folder.read("page.html");
+        assert!(page.contains("no static gain, as it integrates"));
+        assert_eq!(page.matches("[1.0,0.0]").count(), integrators);
+        let read = read_model(folder.path("model.json")).unwrap();
+        assert!(read.order > integrators);
+        let text = folder.said("validate model.json r.csv");
+        assert!(text.contains("holds"), "{text}");
+        folder.done("predict model.json r.csv --initial-state steady -o p.csv");
+        folder.done("export model.json --to python -o plant.py");
+        let stated = "integrates: it has no steady state, and starts at rest.";
+        assert!(folder.read("plant.py").contains(stated));
+        let code = "
+import csv
+from plant import plant
+rows = list(csv.DictReader(open('p.csv')))
+inputs = [float(row['u']) for row in csv.DictReader(open('r.csv'))]
+predicted = [float(row['predicted']) for row in rows]
+assert len(rows) == 2000 and plant().simulate(inputs) == predicted
+";
+        python(&folder, code);
     }
 }
 
@@ -65,14 +118,7 @@ fn a_curve_of_a_table_is_held_beyond_its_rows() {
     folder.done("export friction.csv --to python -o friction.py");
     assert!(folder.read("friction.py").contains("# Output: torque."));
     let code = "from friction import friction; assert friction().simulate([-9, -0.5, 1, 9]) == [-2, -0.75, 1, 1.5]";
-    match Command::new("python3")
-        .args(["-c", code])
-        .current_dir(folder.path("."))
-        .output()
-    {
-        Ok(done) => assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr)),
-        Err(_) => eprintln!("skipped: there is no python3"),
-    }
+    python(&folder, code);
     folder.write("falls.csv", "velocity,torque\n0,1\n-1,2\n");
     let outcome = folder.run("export falls.csv --to c -o a.c");
     assert!(
@@ -122,14 +168,7 @@ assert apart('grid.csv') < 1e-12, apart('grid.csv')
 assert apart('found.csv') < 2e-3, apart('found.csv')
 print(apart('found.csv'))
 ";
-    match Command::new("python3")
-        .args(["-c", code])
-        .current_dir(folder.path("."))
-        .output()
-    {
-        Ok(done) => assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr)),
-        Err(_) => eprintln!("skipped: there is no python3"),
-    }
+    python(&folder, code);
 }
 
 #[test]

@@ -27,24 +27,6 @@ fn typed(folder: &Folder, line: &str) -> common::Outcome {
     outcome(&mut shell)
 }
 
-/// An axis with friction that a controller moves back and forth: instants, force in units of the motor, position.
-fn axis(samples: usize) -> [Vec<f64>; 3] {
-    let (dt, constant) = (0.002, 35.0);
-    let (mut q, mut v) = (0.0_f64, 0.0_f64);
-    let (mut t, mut force, mut position) = (Vec::new(), Vec::new(), Vec::new());
-    for n in 0..samples {
-        let time = dt * n as f64;
-        let target = 0.1 * (1.3 * time).sin() + 0.08 * (3.1 * time).sin() + 0.02 * (9.7 * time).sin();
-        let u = (2000.0 * (10.0 * (target - q) - v)).clamp(-300.0, 300.0);
-        v += dt * (u - 200.0 * v - 20.0 * (v / 1e-3).tanh()) / 95.0;
-        q += dt * v;
-        t.push(time);
-        force.push(u / constant);
-        position.push((q * 1e6).round() / 1e6);
-    }
-    [t, force, position]
-}
-
 #[test]
 fn a_system_is_identified_by_the_command_that_is_printed() {
     let folder = Folder::new();
@@ -105,7 +87,7 @@ fn how_the_record_was_read_is_part_of_the_command() {
 #[test]
 fn an_axis_is_a_joint_and_identify_says_so() {
     let folder = Folder::new();
-    let [t, vir, qm] = axis(12_000);
+    let [t, vir, qm] = common::axis(12_000);
     let columns: [(&str, &[f64]); 4] = [("t", &t), ("vir", &vir), ("qm", &qm), ("gtau", &[35.0])];
     folder.write("axis.mat", mat(&columns));
     let text = folder.done("look axis.mat");
@@ -133,7 +115,7 @@ fn an_axis_is_a_joint_and_identify_says_so() {
         line,
         "flexure joint plain.csv --position c2 --torque c1 --report report.html"
     );
-    let warned = folder.json("identify plain.csv --input c1 --output c2 --structure linear");
+    let warned = folder.json("identify plain.csv --input c1 --output c2 --structure hammerstein");
     let expected = Warning::IntegratedOutput {
         input: "c1".to_owned(),
         output: "c2".to_owned(),
@@ -174,7 +156,7 @@ fn two_encoders_and_two_joints() {
 fn no_joint_is_suggested_that_cannot_be_identified() {
     let folder = Folder::new();
     // A link whose motor is no motor of it: its angle is that of the link and some of the torque.
-    let [t, tau, q] = axis(4000);
+    let [t, tau, q] = common::axis(4000);
     let motor: Vec<f64> = q.iter().zip(&tau).map(|(q, tau)| q + 1e-4 * tau).collect();
     let columns = [("t", &t), ("q", &q), ("qm", &motor), ("tau", &tau)].map(|(name, column)| (name, column.clone()));
     write_record(folder.path("one.csv"), &Record::new(columns).unwrap()).unwrap();

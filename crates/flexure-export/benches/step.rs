@@ -1,6 +1,6 @@
 //! The time of one step of the exported C beside that of Rust's free run: `cargo bench -p flexure-export --bench step`.
 //!
-//! One model of each structure, 100,000 samples, the least time of 20 runs. C is compiled by `cc -O2`; its times are those of the calls of the step
+//! One model of each form, 100,000 samples, the least time of 20 runs. C is compiled by `cc -O2`; its times are those of the calls of the step
 //! alone. Rust's free run works block by block on whole signals.
 
 #[path = "../tests/common/mod.rs"]
@@ -11,7 +11,7 @@ use std::hint::black_box;
 use std::process::Command;
 use std::time::Instant;
 
-use common::{inputs, models};
+use common::{FORMS, inputs, models};
 use flexure_export::{Fmi, Format, Options, export};
 
 const SAMPLES: usize = 100_000;
@@ -47,7 +47,7 @@ int main(void) {
 
 fn main() {
     println!("structure             Rust, ns   C, ns   C / Rust");
-    for (k, (structure, model)) in models().iter().enumerate().take(12) {
+    for (k, (structure, model)) in models().iter().enumerate().take(FORMS) {
         let u = inputs(model, SAMPLES, k as u64);
         let slices: Vec<&[f64]> = u.iter().map(Vec::as_slice).collect();
         let run = |_| {

@@ -135,7 +135,7 @@ impl<'a> Program<'a> {
         self.inputs + self.steps.len() - 1
     }
 
-    /// What happens beyond the ranges of the model's nonlinearities, a sentence each.
+    /// What happens beyond the ranges of the model's nonlinearities, and to what has no steady state, a sentence each.
     pub fn ranges(&self) -> Vec<String> {
         let steps = self.steps.iter().enumerate();
         steps
@@ -148,6 +148,11 @@ impl<'a> Program<'a> {
                         model.run_away()
                     ),
                 ],
+                Kind::Linear(system) if !system.static_gain().is_finite() => {
+                    vec![format!(
+                        "Step {k} integrates: it has no steady state, and starts at rest."
+                    )]
+                }
                 Kind::Surface(surface) => vec![format!(
                     "Step {k} is a surface of cubic splines over {}. Outside it has the value of the nearest point of this box.",
                     surface

@@ -6,7 +6,7 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use common::{difference, file, inputs, models, predicted};
+use common::{FORMS, difference, file, inputs, models, predicted};
 use flexure::Block;
 use flexure::nonlinearity::{Curve, Outside};
 use flexure_export::{Fmi, Format, Options, export};
@@ -120,7 +120,7 @@ fn c_computes_what_the_model_does() {
 fn numbers_that_are_not_finite_give_what_the_model_gives() {
     let folder = tempfile::tempdir().unwrap();
     for compiler in compilers() {
-        for (k, (structure, model)) in models().iter().enumerate().take(12) {
+        for (k, (structure, model)) in models().iter().enumerate().take(FORMS) {
             written(model, folder.path());
             compiled(compiler, model, folder.path());
             for (at, value) in [(0, f64::NAN), (7, f64::NAN), (7, f64::INFINITY), (3, -1e308)] {
@@ -137,7 +137,7 @@ fn numbers_that_are_not_finite_give_what_the_model_gives() {
 fn reset_starts_again() {
     let folder = tempfile::tempdir().unwrap();
     for compiler in compilers() {
-        for (structure, model) in models().iter().take(12) {
+        for (structure, model) in models().iter().take(FORMS) {
             written(model, folder.path());
             compiled(compiler, model, folder.path());
             let u = inputs(model, 50, 3);
@@ -185,7 +185,7 @@ fn the_header_is_cpp() {
         return;
     };
     let folder = tempfile::tempdir().unwrap();
-    for (structure, model) in models().iter().take(12) {
+    for (structure, model) in models().iter().take(FORMS) {
         written(model, folder.path());
         std::fs::write(folder.path().join("main.cpp"), "#include \"model.h\"\nmodel_state s;\n").unwrap();
         let flags = [

@@ -8,7 +8,7 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use common::{difference, file, inputs, models, predicted};
+use common::{FORMS, difference, file, inputs, models, predicted};
 use flexure::Block;
 use flexure_export::{Fmi, Format, Options, export};
 use flexure_io::ModelFile;
@@ -42,7 +42,7 @@ fn folders(place: &Path, samples: usize, write: impl Fn(&ModelFile, &Path)) -> V
         std::fs::create_dir(&folder).unwrap();
         let mut u = inputs(&model, samples, 200 + k as u64);
         // Near the end, as it can stay in the output.
-        u[0][samples - 10] = [f64::NAN, f64::INFINITY][(k + k / 12) % 2];
+        u[0][samples - 10] = [f64::NAN, f64::INFINITY][(k + k / FORMS) % 2];
         numbers(
             &folder.join("u.bin"),
             (0..samples).flat_map(|n| u.iter().map(move |u| u[n])),

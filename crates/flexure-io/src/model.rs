@@ -154,7 +154,7 @@ fn block_problem(block: &Block) -> Option<String> {
         Block::Feedback(model) => model.problem(),
         Block::Narx(model) => model.problem(),
         Block::Volterra(model) => model.problem(),
-        Block::Linear(system) if system.is_stable() => None,
+        Block::Linear(system) if system.is_stable_or_integrates() => None,
         Block::Linear(system) => Some(format!(
             "its linear part with a = {:?} is unstable, so its output would grow without bound; identify the model again",
             system.a()

@@ -13,15 +13,15 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-/// The least time of a call over several runs, microseconds.
+/// The least time of a call over many short runs, of which some are not interrupted; microseconds.
 fn microseconds(mut call: impl FnMut(usize)) -> f64 {
-    const CALLS: usize = 20_000;
+    const CALLS: usize = 1000;
     let run = |_| {
         let start = Instant::now();
         (0..CALLS).for_each(&mut call);
         start.elapsed().as_secs_f64() / CALLS as f64 * 1e6
     };
-    (0..15).map(run).fold(f64::INFINITY, f64::min)
+    (0..500).map(run).fold(f64::INFINITY, f64::min)
 }
 
 /// White noise of the standard deviation 1, from a seed.

@@ -219,3 +219,21 @@ fn element(to: &mut Vec<u8>, kind: u32, content: &[u8]) {
     to.extend(content);
     to.resize(to.len().next_multiple_of(8), 0);
 }
+
+/// An axis with friction that a controller moves back and forth: instants, force in units of the motor, position.
+pub fn axis(samples: usize) -> [Vec<f64>; 3] {
+    let (dt, constant) = (0.002, 35.0);
+    let (mut q, mut v) = (0.0_f64, 0.0_f64);
+    let (mut t, mut force, mut position) = (Vec::new(), Vec::new(), Vec::new());
+    for n in 0..samples {
+        let time = dt * n as f64;
+        let target = 0.1 * (1.3 * time).sin() + 0.08 * (3.1 * time).sin() + 0.02 * (9.7 * time).sin();
+        let u = (2000.0 * (10.0 * (target - q) - v)).clamp(-300.0, 300.0);
+        v += dt * (u - 200.0 * v - 20.0 * (v / 1e-3).tanh()) / 95.0;
+        q += dt * v;
+        t.push(time);
+        force.push(u / constant);
+        position.push((q * 1e6).round() / 1e6);
+    }
+    [t, force, position]
+}

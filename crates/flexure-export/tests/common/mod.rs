@@ -68,6 +68,17 @@ impl Draw {
         Block::Linear(TransferFunction::new(b, a).unwrap())
     }
 
+    /// One or two integrators before a lag, around a level of the input.
+    fn integrating(&mut self) -> Block {
+        let pole = self.uniform(-0.5, 0.97);
+        let a = match self.count(1, 2) {
+            1 => vec![1.0, -1.0 - pole, pole],
+            _ => vec![1.0, -2.0 - pole, 1.0 + 2.0 * pole, -pole],
+        };
+        let system = TransferFunction::new([vec![0.0], self.numbers(2, 1.0)].concat(), a).unwrap();
+        Block::Series(vec![Block::Offset(self.uniform(-0.2, 0.2)), Block::Linear(system)])
+    }
+
     fn surface(&mut self, inputs: usize) -> Block {
         let axes: Vec<SurfaceAxis> = (0..inputs)
             .map(|_| SurfaceAxis {
@@ -148,7 +159,10 @@ impl Draw {
     }
 }
 
-/// 33 models: three of each structure, with its name.
+/// How many forms the models have.
+pub const FORMS: usize = 13;
+
+/// Three models of each form, with its name.
 pub fn models() -> Vec<(&'static str, ModelFile)> {
     let mut draw = Draw::new(5);
     let mut all = Vec::new();
@@ -184,8 +198,10 @@ pub fn models() -> Vec<(&'static str, ModelFile)> {
             ("feedback", d.feedback()),
             ("narx", d.narx()),
             ("volterra", d.volterra()),
+            ("integrating", d.integrating()),
         ]);
     }
+    assert_eq!(all.len(), 3 * FORMS);
     all.into_iter().map(|(name, block)| (name, file(name, block))).collect()
 }
 

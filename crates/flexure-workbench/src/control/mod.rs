@@ -100,6 +100,9 @@ pub fn compare(
         }
     }
     let seeds = seeds.unwrap_or(scenario.seeds);
+    if seeds == 0 {
+        bail!("the seeds are 0, but at least one run is needed");
+    }
     let runs = seeds.saturating_mul(all.len());
     if runs > MOST_RUNS {
         bail!(

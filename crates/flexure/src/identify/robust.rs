@@ -18,6 +18,10 @@ use crate::record::{Record, bridged};
 const OUTLIER: f64 = 8.0;
 /// Share of the samples above which what stands alone is the nature of the noise. Convention: least squares of ten times as many others hold.
 const MOST_OUTLIERS: f64 = 0.1;
+/// Share of the state before a record after which it counts as forgotten. Convention.
+const SETTLED: f64 = 0.01;
+/// Share of a record at most whose errors may come from the state before it. Convention.
+const LONGEST_START: f64 = 0.1;
 /// Fits at most. Two suffice where the first finds all outliers.
 const ROUNDS: usize = 5;
 
@@ -39,9 +43,16 @@ fn output(request: &Request<'_>) -> Result<Vec<f64>> {
     Ok(each.collect::<Result<Vec<_>>>()?.concat())
 }
 
-/// The outliers among the errors of a model.
-fn outliers(measured: &[f64], predicted: &[f64]) -> Vec<usize> {
-    let errors: Vec<f64> = measured.iter().zip(predicted).map(|(y, p)| y - p).collect();
+/// The outliers among the errors of a model. Where a record starts, the state before it is unknown: those errors are not judged.
+fn outliers(request: &Request<'_>, measured: &[f64], result: &Identification) -> Vec<usize> {
+    let mut errors: Vec<f64> = measured.iter().zip(&result.predicted).map(|(y, p)| y - p).collect();
+    let settling = result.model.settling(SETTLED);
+    let mut first = 0;
+    for record in request.records {
+        let judged_from = settling.min((LONGEST_START * record.len() as f64) as usize);
+        errors[first..first + judged_from].fill(f64::NAN);
+        first += record.len();
+    }
     standing_alone(&errors)
 }
 
@@ -49,7 +60,7 @@ fn outliers(measured: &[f64], predicted: &[f64]) -> Vec<usize> {
 pub(super) fn warned(mut result: Identification, request: &Request<'_>) -> Result<Identification> {
     let is_said = |w: &Warning| matches!(w, Warning::Outliers { .. });
     if !result.warnings.iter().any(is_said) {
-        let samples = outliers(&output(request)?, &result.predicted);
+        let samples = outliers(request, &output(request)?, &result);
         say(&mut result, samples, false);
     }
     Ok(result)
@@ -88,7 +99,7 @@ pub(super) fn identify(
         let inner = Request::new(&records, request.inputs, request.output, options);
         let stage = &mut |stage: &str| progress(&format!("without {} outliers, {stage}", found.len()));
         let mut result = (structure.identify)(&inner, stage)?;
-        let next = outliers(&measured, &result.predicted);
+        let next = outliers(request, &measured, &result);
         if next == found || round == ROUNDS {
             result.warnings.retain(|w| !matches!(w, Warning::Outliers { .. }));
             result.details.retain(|d| d.key != "outliers");

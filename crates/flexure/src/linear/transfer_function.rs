@@ -156,14 +156,29 @@ impl TransferFunction {
 
     /// The static gain G(1); infinite or NaN if there is a pole at 1, to rounding.
     pub fn static_gain(&self) -> f64 {
-        let (sum, size) = (self.a.iter().sum::<f64>(), self.a.iter().map(|a| a.abs()).sum::<f64>());
-        let sum = if sum.abs() <= ROUNDING * size { 0.0 } else { sum };
+        let sum = if is_zero_at_one(&self.a) {
+            0.0
+        } else {
+            self.a.iter().sum()
+        };
         self.b.iter().sum::<f64>() / sum
     }
 
-    /// The poles in the z-plane; `None` if they cannot be computed.
+    /// The poles in the z-plane; `None` if they cannot be computed. Those of integrators are 1 exactly.
     pub fn poles(&self) -> Option<Vec<Complex<f64>>> {
-        linalg::roots(&self.a)
+        let mut a = self.a.clone();
+        while is_zero_at_one(&a) {
+            // Division by 1 - z^-1.
+            let mut sum = 0.0;
+            for c in &mut a {
+                sum += *c;
+                *c = sum;
+            }
+            a.pop();
+        }
+        let integrators = self.a.len() - a.len();
+        let ones = std::iter::repeat_n(Complex::new(1.0, 0.0), integrators);
+        Some(ones.chain(linalg::roots(&a)?).collect())
     }
 
     /// The zeros in the z-plane; `None` if they cannot be computed.
@@ -174,6 +189,13 @@ impl TransferFunction {
     /// Whether all poles lie strictly inside the unit circle.
     pub fn is_stable(&self) -> bool {
         self.poles().is_some_and(|p| p.iter().all(|z| z.norm() < 1.0))
+    }
+
+    /// Whether all poles lie strictly inside the unit circle, or are those of integrators.
+    pub fn is_stable_or_integrates(&self) -> bool {
+        let one = Complex::new(1.0, 0.0);
+        self.poles()
+            .is_some_and(|p| p.iter().all(|&z| z == one || z.norm() < 1.0))
     }
 
     /// The number of samples after which the impulse response's remaining absolute sum is below
@@ -197,6 +219,12 @@ impl TransferFunction {
             }
         }
     }
+}
+
+/// Whether a polynomial in the delay is zero at z = 1, to rounding.
+fn is_zero_at_one(c: &[f64]) -> bool {
+    let (sum, size) = (c.iter().sum::<f64>(), c.iter().map(|c| c.abs()).sum::<f64>());
+    c.len() > 1 && sum.abs() <= ROUNDING * size
 }
 
 #[cfg(test)]
@@ -248,5 +276,37 @@ mod tests {
     fn poles_decide_stability() {
         assert!(second_order().is_stable());
         assert!(!TransferFunction::new(vec![1.0], vec![1.0, -2.0]).unwrap().is_stable());
+    }
+
+    #[test]
+    fn poles_of_integrators_are_exact() {
+        let one = Complex::new(1.0, 0.0);
+        // The poles beside the integrators, and those integrators.
+        for (others, integrators, may_run) in [
+            (vec![], 1, true),
+            (vec![0.7, -0.4, 0.99], 2, true),
+            (vec![0.7, 0.3, 0.1, -0.9], 3, true),
+            (vec![1.001], 2, false),
+            (vec![-1.0], 1, false),
+        ] {
+            let mut a = vec![1.0];
+            for pole in others.iter().copied().chain(vec![1.0; integrators]) {
+                let behind: Vec<f64> = a.iter().map(|a| -pole * a).collect();
+                a.push(0.0);
+                a.iter_mut().skip(1).zip(behind).for_each(|(a, behind)| *a += behind);
+            }
+            let system = TransferFunction::new(vec![1.0], a).unwrap();
+            let poles = system.poles().unwrap();
+            assert_eq!(poles.len(), others.len() + integrators);
+            assert_eq!(poles.iter().filter(|&&z| z == one).count(), integrators, "{poles:?}");
+            for other in others {
+                assert!(
+                    poles.iter().any(|z| (z - other).norm() < 1e-12),
+                    "{poles:?} have no {other}"
+                );
+            }
+            assert!(!system.is_stable() && !system.static_gain().is_finite());
+            assert_eq!(system.is_stable_or_integrates(), may_run, "{poles:?}");
+        }
     }
 }

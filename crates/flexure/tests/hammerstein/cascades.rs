@@ -23,7 +23,7 @@ fn sound(block: &Block) -> bool {
     match block {
         Block::Static(curve) => finite(curve.x()) && finite(curve.y()),
         Block::Offset(offset) => offset.is_finite(),
-        Block::Linear(g) => g.is_stable() && finite(g.b()) && finite(g.a()),
+        Block::Linear(g) => g.is_stable_or_integrates() && finite(g.b()) && finite(g.a()),
         Block::Surface(surface) => finite(surface.coefficients()),
         Block::Feedback(model) => model.problem().is_none(),
         Block::Narx(model) => model.problem().is_none(),

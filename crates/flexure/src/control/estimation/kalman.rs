@@ -248,21 +248,69 @@ mod tests {
         std::array::from_fn(|i| std::array::from_fn(|j| 1e-8 * f64::from(lower[i.max(j)][i.min(j)])))
     }
 
-    /// scripts/reference/arm_control.py: FilterPy's prediction through the same sigma points.
-    #[test]
-    fn the_unscented_prediction_is_that_of_filterpy() {
+    /// What a filter makes of the state of the references below.
+    fn predicted(made: fn(Arm, NoiseModel) -> Result<KalmanFilter>) -> Gaussian {
         let noise = NoiseModel {
             encoder: 1e-2,
             torque: 0.2,
             drift: 0.01,
             start: [1.0, 1.0],
         };
-        let mut filter = KalmanFilter::unscented(Arm::new(space_arm(JointKind::Nonlinear)).unwrap(), noise).unwrap();
+        let mut filter = made(Arm::new(space_arm(JointKind::Nonlinear)).unwrap(), noise).unwrap();
         filter.belief = Gaussian {
             x: [0.3, 1.0, 0.32, 0.97, 0.4, -0.3, 0.35, -0.2],
             p: covariance(),
         };
         filter.predict([3.0, -2.0], 0.01);
+        filter.belief
+    }
+
+    /// scripts/reference/arm_control.py: FilterPy's prediction with the exact derivatives and SciPy's exponential. Ours has differences, and
+    /// the exponential to the fourth order.
+    #[test]
+    fn the_extended_prediction_is_that_of_filterpy() {
+        let diagonal = [
+            0.000_433_766_998_810_4,
+            0.000_171_213_850_936_63,
+            0.000_343_275_946_090_43,
+            0.001_598_106_103_969_49,
+            0.000_985_261_868_736_77,
+            0.002_498_754_346_679_7,
+            0.023_807_202_399_915_66,
+            0.065_927_473_300_520_6,
+        ];
+        let first = [
+            4.337_669_988_103_980_3e-4,
+            -4.559_255_564_961_742e-5,
+            -2.456_328_186_332_923e-5,
+            -3.450_047_327_199_698e-4,
+            -5.776_359_622_696_356e-5,
+            -1.066_809_819_680_812_2e-4,
+            2.504_714_846_817_32e-3,
+            1.606_069_717_019_386_5e-3,
+        ];
+        let p = predicted(KalmanFilter::extended).p;
+        for i in 0..8 {
+            assert!(
+                (p[i][i] / diagonal[i] - 1.0).abs() < 1e-4,
+                "{i}: {} {}",
+                p[i][i],
+                diagonal[i]
+            );
+            let scale = (diagonal[0] * diagonal[i]).sqrt();
+            assert!(
+                (p[0][i] - first[i]).abs() < 1e-4 * scale,
+                "{i}: {} {}",
+                p[0][i],
+                first[i]
+            );
+        }
+    }
+
+    /// scripts/reference/arm_control.py: FilterPy's prediction through the same sigma points.
+    #[test]
+    fn the_unscented_prediction_is_that_of_filterpy() {
+        let belief = predicted(KalmanFilter::unscented);
         let x = [
             0.304_029_059_647_281_05,
             0.996_874_969_417_076_7,
@@ -284,8 +332,8 @@ mod tests {
             0.066_547_753_414_626,
         ];
         for i in 0..8 {
-            assert!((filter.belief.x[i] - x[i]).abs() < 1e-10, "{i}");
-            assert!((filter.belief.p[i][i] / p[i] - 1.0).abs() < 1e-10, "{i}");
+            assert!((belief.x[i] - x[i]).abs() < 1e-10, "{i}");
+            assert!((belief.p[i][i] / p[i] - 1.0).abs() < 1e-10, "{i}");
         }
     }
 

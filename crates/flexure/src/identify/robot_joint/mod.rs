@@ -117,9 +117,8 @@ pub use forms::FormName;
 pub use limits::REFUTED;
 pub use outcome::{
     Effect, Estimated, Fitted, FlexibleAxis, IdentifiedCurve, IdentifiedJoint, JointModel, LackOfFit, Parameter,
-    RigidAxis, StiffJoint,
+    Polished, RigidAxis, StiffJoint,
 };
-pub use polish::Polished;
 pub use replay::AxisDrive;
 pub use rigid::{Extra, RigidJoint};
 pub use two_link::{TwoLinkArm, TwoLinkLog};

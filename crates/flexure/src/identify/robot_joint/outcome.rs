@@ -5,7 +5,6 @@ use serde::Serialize;
 use super::finding::Finding;
 use super::forms::{FormName, ParametricCurve};
 use super::limits::LARGEST_ERROR;
-use super::polish::Polished;
 use crate::bands::Band;
 use crate::quantiles::NORMAL_95;
 
@@ -225,6 +224,21 @@ impl IdentifiedCurve {
     pub fn best(&self) -> &Fitted {
         &self.forms[self.best]
     }
+}
+
+/// The best form of a rigid axis, refined by the error of its free run under the recorded torque.
+#[derive(Debug, Clone)]
+pub struct Polished {
+    /// The form with refined parameters, which have no standard errors.
+    pub form: Fitted,
+    /// The root mean square of the free run's error over the whole record: with the equations' parameters, and with these.
+    pub error: [f64; 2],
+    /// The same over halves that were held back, each with what the other half is polished to.
+    pub held_back: [f64; 2],
+    /// Whether the held-back halves are simulated better by more than chance may do: the motion is then simulated with these parameters.
+    pub is_used: bool,
+    /// The symbols of parameters that are farther from the equations' than three of their standard errors; M is the inertia.
+    pub differs: Vec<String>,
 }
 
 /// A rigid axis: `tau = M q'' + f(q') + ...`.

@@ -2,7 +2,8 @@
 //!
 //! $$ Y_n = o + \sum_i \frac{B_i(z)}{A(z)} z^{-s_i} U^{(i)}_n + e_n $$
 //! Poles, delays and numerators are those whose free run goes on best through samples that were not fitted; see the module
-//! `output_error`. An output that integrates has poles at 1, and a level of the input at which it would stand still. For a nonlinear system this is the best linear approximation under this input.
+//! `output_error`. An output that integrates has poles at 1, and a level of the input at which it would stand still. For a
+//! nonlinear system this is the best linear approximation under this input.
 
 use super::super::block::{Monitor, Prepared, Scale, Signals};
 use super::super::output_error::{LinearCandidate, LinearSystem, Search, bias, covariance, search};
@@ -79,13 +80,15 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     let paths: Vec<Path> = request.inputs.iter().zip(blocks).map(of_input).collect();
     let behind = |(i, path): (usize, &Path)| {
         let level = levels.iter().map(|levels| Block::Offset(-levels[i]));
-        Block::Series(level.chain(path.series().flatten()).collect())
+        level.chain(path.series().flatten()).collect()
     };
-    let mut each: Vec<Block> = paths.iter().enumerate().map(behind).collect();
-    let model = match paths.len() {
-        1 => Block::Series(vec![each.remove(0), Block::Offset(offset)]),
-        _ => Block::Series(vec![Block::Inputs(each), Block::Offset(offset)]),
+    let mut each: Vec<Vec<Block>> = paths.iter().enumerate().map(behind).collect();
+    let mut series = match each.len() {
+        1 => each.remove(0),
+        _ => vec![Block::Inputs(each.into_iter().map(Block::Series).collect())],
     };
+    series.push(Block::Offset(offset));
+    let model = Block::Series(series);
     let orders = &found.system.orders;
     let run = Run::new(&samples, model, paths, orders.parameters())?;
     Ok(Identification {

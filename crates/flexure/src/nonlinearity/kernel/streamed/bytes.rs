@@ -5,12 +5,15 @@
 //!   bin: place, the folds that have points as the bits of a number, six values of each of these folds
 //! ```
 
-use super::{FOLDS, LEVELS, StreamedRegression};
+use super::{FOLDS, LEVELS, StreamedRegression, exp2};
 use crate::error::{DataError, Error, Result};
 use crate::nonlinearity::kernel::bin::Bin;
 
 /// What the bytes begin with: a name and a version.
 const MAGIC: &[u8; 5] = b"FLXS\x01";
+
+/// How far a mean may lie beyond its bin by rounding, in widths of the bin; where they are narrow beside x, the last digits of x.
+const ROUNDING: f64 = 1e-3;
 
 impl StreamedRegression {
     /// The sums as bytes, from which [`from_bytes`](Self::from_bytes) makes the same sums on any machine.
@@ -64,6 +67,7 @@ impl StreamedRegression {
             .filter(|l| LEVELS.contains(l))
             .ok_or_else(|| damaged("their bins have no width"))?;
         sums.count = count?;
+        let level = sums.level;
         let (bins, mut last, mut total) = (bins?, None, 0.0);
         if bins > most_bins as u64 {
             return Err(damaged("they have more bins than they say"));
@@ -76,7 +80,7 @@ impl StreamedRegression {
             last = Some(at);
             let folds = sums.folds_at(at);
             for fold in (0..FOLDS).filter(|fold| used >> fold & 1 == 1) {
-                folds[fold] = numbers.bin()?;
+                folds[fold] = numbers.bin(at, level)?;
                 total += folds[fold].count;
             }
         }
@@ -101,14 +105,17 @@ impl Numbers<'_> {
         Ok(u64::from_le_bytes(*number))
     }
 
-    /// A bin with points and finite sums.
-    fn bin(&mut self) -> Result<Bin> {
+    /// A bin with points and finite sums, whose mean of x lies in it.
+    fn bin(&mut self, at: i64, level: i32) -> Result<Bin> {
         let mut values = [0.0; 6];
         for value in &mut values {
             *value = f64::from_bits(self.next()?);
         }
         let [count, x, y, xx, xy, yy] = values;
-        if !(values.iter().all(|v| v.is_finite()) && count >= 1.0 && xx >= 0.0 && yy >= 0.0) {
+        let inside = x * exp2(-level) - at as f64;
+        let rounding = ROUNDING.max(2.0 * f64::EPSILON * (at as f64).abs());
+        let lies_in_it = (-rounding..=1.0 + rounding).contains(&inside);
+        if !(values.iter().all(|v| v.is_finite()) && lies_in_it && count >= 1.0 && xx >= 0.0 && yy >= 0.0) {
             return Err(damaged("a bin's sums are impossible"));
         }
         Ok(Bin {
