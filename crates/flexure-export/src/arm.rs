@@ -46,14 +46,64 @@ pub fn export_arm(file: &ArmFile, out: &Path, options: Options<'_>) -> Result<Ve
         Format::Fmu => (path.clone(), format!("{name}.h")),
         _ => header_name(&path)?,
     };
-    let sample_time = file.run.sample_time;
-    let steps = (sample_time * fastest(&arm) / SHARE).ceil();
-    if !(steps <= MOST_STEPS) {
-        let problem = format!(
-            "its fastest motion needs {steps} steps of the integrator a sample of {sample_time} s; give a shorter sample time in [run]"
-        );
-        return Err(Error::Model(problem));
+    let steps = steps(&arm, file.run.sample_time)?;
+    let about = about(file.run.sample_time, steps);
+    let own = context! {
+        name => &name,
+        about => &about,
+        header => file_name,
+        ..constants(&arm, file, steps)
+    };
+    let source = text::rendered("arm.c", own.clone())?;
+    let header_text = text::rendered("arm.h", own)?;
+    if options.format == Format::Fmu {
+        let named = |name: &str, unit| (name.to_owned(), Some(unit));
+        let content = fmu::Content {
+            source,
+            header: header_text,
+            inputs: ["tau1", "tau2"].map(|input| named(input, "N.m")).to_vec(),
+            outputs: OUTPUTS.map(|(output, unit)| named(output, unit)).to_vec(),
+            sample_time: Some(file.run.sample_time),
+            is_arm: true,
+        };
+        let bytes = fmu::archive(content, &name, &about, options.fmi, options.compile)?;
+        return Ok(vec![Artefact { path, bytes }]);
     }
+    let artefact = |path, text: String| Artefact {
+        path,
+        bytes: text.into_bytes(),
+    };
+    Ok(vec![artefact(path, source), artefact(header, header_text)])
+}
+
+/// The integrator's steps in a sample.
+fn steps(arm: &Arm, sample_time: f64) -> Result<u64> {
+    let steps = (sample_time * fastest(arm) / SHARE).ceil();
+    match steps <= MOST_STEPS {
+        true => Ok(steps as u64),
+        false => Err(Error::Model(format!(
+            "its fastest motion needs {steps} steps of the integrator a sample of {sample_time} s; give a shorter sample time in [run]"
+        ))),
+    }
+}
+
+/// What the files say of themselves, a line each.
+fn about(sample_time: f64, steps: u64) -> [String; 4] {
+    let about = [
+        format!("A two-link arm, written by Flexure {}.", ModelFile::CURRENT),
+        format!("One step is one sample of {sample_time:?} s. Call it at this rate."),
+        format!(
+            "Inside, the method of Dormand and Prince of order 8 takes steps of one length, {steps} a sample: a step is at most {SHARE:?} of \
+             the fastest time constant of the arm, its joints turning at {SPEED:?} rad per s."
+        ),
+        "The state agrees with flexure simulate at rtol 1e-12 to 1e-9 of its largest value on the arms that Flexure is tested with."
+            .to_owned(),
+    ];
+    about.map(|line| name::plain(&line))
+}
+
+/// The numbers of an arm as the templates need them.
+fn constants(arm: &Arm, file: &ArmFile, steps: u64) -> minijinja::Value {
     let rigid = arm.model() == JointKind::Rigid;
     let parameters = arm.parameters();
     let free = parameters.joints.map(|joint| !joint.locked);
@@ -67,46 +117,21 @@ pub fn export_arm(file: &ArmFile, out: &Path, options: Options<'_>) -> Result<Ve
         _ => [String::new(), String::new()],
     };
     let start = file.initial;
-    let start: [f64; 8] = match rigid {
+    let start = match rigid {
         true => [start.q, start.q, start.dq, start.dq].concat(),
         false => [start.q, start.qm, start.dq, start.dqm].concat(),
-    }
-    .try_into()
-    .unwrap_or_default();
+    };
     let literals = |values: &[f64]| values.iter().map(|v| format!("{v:?}")).collect::<Vec<_>>();
     let links = arm.link_dynamics();
     let stiffness = [0, 1].map(|i| {
         let s = arm.stiffness()[i];
-        literals(&[
-            s.cubic,
-            s.linear,
-            s.windup,
-            s.windup_sharpness,
-            parameters.joints[i].damping,
-        ])
+        let damping = parameters.joints[i].damping;
+        literals(&[s.cubic, s.linear, s.windup, s.windup_sharpness, damping])
     });
-    let friction: Vec<_> = arm
-        .friction()
-        .iter()
-        .chain(&arm.motor_friction())
-        .map(|f| literals(&f.0))
-        .collect();
-    let about = [
-        format!("A two-link arm, written by Flexure {}.", ModelFile::CURRENT),
-        format!("One step is one sample of {sample_time:?} s. Call it at this rate."),
-        format!(
-            "Inside, the method of Dormand and Prince of order 8 takes steps of one length, {steps} a sample: a step is at most {SHARE:?} of \
-             the fastest time constant of the arm, its joints turning at {SPEED:?} rad per s."
-        ),
-        "The state agrees with flexure simulate at rtol 1e-12 to 1e-9 of its largest value on the arms that Flexure is tested with."
-            .to_owned(),
-    ];
-    let about = about.map(|line| name::plain(&line));
-    let own = context! {
-        rigid, free, geared, diagonal, stiffness, friction,
-        name => &name,
-        about => &about,
-        header => file_name,
+    let friction = arm.friction().into_iter().chain(arm.motor_friction());
+    let friction: Vec<_> = friction.map(|f| literals(&f.0)).collect();
+    context! {
+        rigid, free, geared, diagonal, stiffness, friction, steps,
         stages => STAGES.map(|row| literals(&row)),
         solution => literals(&SOLUTION),
         links => literals(&[links.shoulder, links.elbow, links.coupling]),
@@ -114,32 +139,8 @@ pub fn export_arm(file: &ArmFile, out: &Path, options: Options<'_>) -> Result<Ve
         coupling => format!("{coupling:?}"),
         coupled => coupling > 0.0 && free[1],
         start => literals(&start),
-        h => format!("{:?}", sample_time / steps),
-        steps => steps as u64,
-    };
-    if options.format == Format::Fmu {
-        let named = |name: &str, unit| (name.to_owned(), Some(unit));
-        let content = fmu::Content {
-            source: text::rendered("arm.c", own.clone())?,
-            header: text::rendered("arm.h", own)?,
-            inputs: ["tau1", "tau2"].map(|input| named(input, "N.m")).to_vec(),
-            outputs: OUTPUTS.map(|(output, unit)| named(output, unit)).to_vec(),
-            sample_time: Some(sample_time),
-            is_arm: true,
-        };
-        let bytes = fmu::archive(content, &name, &about, options.fmi, options.compile)?;
-        return Ok(vec![Artefact { path, bytes }]);
+        h => format!("{:?}", file.run.sample_time / steps as f64),
     }
-    Ok(vec![
-        Artefact {
-            path,
-            bytes: text::rendered("arm.c", own.clone())?.into_bytes(),
-        },
-        Artefact {
-            path: header,
-            bytes: text::rendered("arm.h", own)?.into_bytes(),
-        },
-    ])
 }
 
 /// An upper bound of how fast the arm's motion can change, 1/s: the steepest friction, and the stiffest spring, on the least inertia, beside

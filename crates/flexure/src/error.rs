@@ -442,10 +442,10 @@ pub enum IntegrationFailure {
         /// The step that would have come next, s.
         step: f64,
     },
-    /// A joint of a controlled arm turns faster than any does.
-    #[error("a joint turns faster than {} rad/s; the loop is unstable, or its noise or torque too large", exact(*.limit))]
+    /// A joint moves faster than any does.
+    #[error("a joint moves faster than {} rad/s (m/s of a sliding one); a loop is unstable, or a torque or noise too large", exact(*.limit))]
     TooFast {
-        /// The largest speed, rad/s.
+        /// The largest speed, rad/s or m/s.
         limit: f64,
     },
     /// The state or its derivative has overflowed.

@@ -263,8 +263,13 @@ fn at<T>(source: &Source, table: &str, result: LibraryResult<T>) -> Result<T, Ar
     })
 }
 
-fn motion(source: &Source, body: &Body, table: &TrajectoryTable) -> Result<Motion, ArmError> {
-    let missing = |name: &str, what: &str| source.value(format!("trajectory.{name}"), format!("missing; {what}"));
+/// The reason against a key of the trajectory that is missing.
+fn missing(source: &Source, key: &str, what: &str) -> ArmError {
+    source.value(format!("trajectory.{key}"), format!("missing; {what}"))
+}
+
+/// Refuses keys that the trajectory's kind does not have, and lists that are too short or too long.
+fn check_trajectory(source: &Source, table: &TrajectoryTable) -> Result<(), ArmError> {
     let (kind, keys) = table.kind.keys();
     let given = [
         ("side", table.side.is_some()),
@@ -291,21 +296,15 @@ fn motion(source: &Source, body: &Body, table: &TrajectoryTable) -> Result<Motio
             return Err(source.value(format!("trajectory.{name}"), reason));
         }
     }
+    Ok(())
+}
+
+fn motion(source: &Source, body: &Body, table: &TrajectoryTable) -> Result<Motion, ArmError> {
+    check_trajectory(source, table)?;
     let links = match (body, table.kind) {
-        (Body::Link { .. }, TrajectoryKind::Commands) => {
-            let angles = table.angles.as_ref().ok_or_else(|| {
-                missing(
-                    "angles",
-                    "the hub's angles that are commanded one after the other, in rad",
-                )
-            })?;
-            let frequency = table
-                .frequency
-                .ok_or_else(|| missing("frequency", "that of the reference model, in rad/s"))?;
-            let model = ModelResponse::new(angles, table.duration, frequency);
-            return at(source, "trajectory", model).map(Motion::Commands);
-        }
+        (Body::Link { .. }, TrajectoryKind::Commands) => return commands(source, table),
         (Body::Link { .. }, _) => {
+            let (kind, _) = table.kind.keys();
             let reason = format!("\"{kind}\" is for two-link arms; a flexible link has \"commands\"");
             return Err(source.value("trajectory.kind", reason));
         }
@@ -316,37 +315,51 @@ fn motion(source: &Source, body: &Body, table: &TrajectoryTable) -> Result<Motio
         (Body::Arm { plant, .. }, _) => &plant.links,
     };
     let points = match table.kind {
-        TrajectoryKind::Square => {
-            let side = table.side.ok_or_else(|| missing("side", "the square's side, in m"))?;
-            if !(side > 0.0 && side.is_finite()) {
-                return Err(source.value(
-                    "trajectory.side",
-                    format!("{}, but must be positive and finite (in m)", exact(side)),
-                ));
-            }
-            square(side)
+        TrajectoryKind::Square => square(side(source, table)?),
+        TrajectoryKind::Path => {
+            let points = table.points.clone();
+            points.ok_or_else(|| missing(source, "points", "two or more places [x, y] of the tip, in m"))?
         }
-        TrajectoryKind::Path => table
-            .points
-            .clone()
-            .ok_or_else(|| missing("points", "two or more places [x, y] of the tip, in m"))?,
         TrajectoryKind::Moves | TrajectoryKind::Commands => {
             let Some(postures) = &table.postures else {
-                return Err(missing("postures", "two or more pairs of link angles, in rad"));
+                return Err(missing(source, "postures", "two or more pairs of link angles, in rad"));
             };
             let pause = table.pause.unwrap_or(0.0);
             return at(source, "trajectory", JointMoves::new(postures, table.duration, pause)).map(Motion::Moves);
         }
     };
     let blend = table.blend.ok_or_else(|| {
-        missing(
-            "blend",
-            "the time in s in which a corner's change of velocity is spread",
-        )
+        let what = "the time in s in which a corner's change of velocity is spread";
+        missing(source, "blend", what)
     })?;
     let left = table.elbow == Some(Elbow::Left);
     let path = TipPath::new(links, &points, table.duration, blend, left);
     at(source, "trajectory", path).map(Motion::Path)
+}
+
+/// The commands of a flexible link.
+fn commands(source: &Source, table: &TrajectoryTable) -> Result<Motion, ArmError> {
+    let angles = table.angles.as_ref().ok_or_else(|| {
+        let what = "the hub's angles that are commanded one after the other, in rad";
+        missing(source, "angles", what)
+    })?;
+    let frequency = table
+        .frequency
+        .ok_or_else(|| missing(source, "frequency", "that of the reference model, in rad/s"))?;
+    let model = ModelResponse::new(angles, table.duration, frequency);
+    at(source, "trajectory", model).map(Motion::Commands)
+}
+
+/// The side of a square, in m.
+fn side(source: &Source, table: &TrajectoryTable) -> Result<f64, ArmError> {
+    match table.side {
+        None => Err(missing(source, "side", "the square's side, in m")),
+        Some(side) if side > 0.0 && side.is_finite() => Ok(side),
+        Some(side) => {
+            let reason = format!("{}, but must be positive and finite (in m)", exact(side));
+            Err(source.value("trajectory.side", reason))
+        }
+    }
 }
 
 fn sampling(source: &Source, table: &LoopTable, duration: f64) -> Result<(LoopOptions, usize), ArmError> {

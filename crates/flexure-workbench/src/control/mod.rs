@@ -68,20 +68,8 @@ impl Watch<'_> {
     }
 }
 
-/// Runs all controllers of a scenario, and those in `own`, with `seeds` runs of each (left out: as the scenario says).
-///
-/// `progress` is called with the share that is done, from several threads, and stops the work by `Break`. What comes out is the same for any
-/// number of threads.
-///
-/// # Errors
-/// For a scenario whose controllers cannot be made, and where the work was stopped. A controller that makes the arm unstable is part of
-/// the result.
-pub fn compare(
-    scenario: &Scenario,
-    own: &[(String, OwnController)],
-    seeds: Option<usize>,
-    progress: &(dyn Fn(f64) -> ControlFlow<()> + Sync),
-) -> Result<Outcome> {
+/// The controllers of a scenario, and those that are brought along, each with a name of its own.
+fn contestants<'a>(scenario: &'a Scenario, own: &'a [(String, OwnController)]) -> Result<Vec<Contestant<'a>>> {
     let tables = scenario.controllers.iter().map(|table| Contestant {
         name: table.name.clone(),
         table: Some(table),
@@ -99,21 +87,46 @@ pub fn compare(
             bail!("the name of system {}: {reason}", i + 1 - scenario.controllers.len());
         }
     }
-    let seeds = seeds.unwrap_or(scenario.seeds);
+    Ok(all)
+}
+
+/// Refuses runs that are none, too many, or take too much memory.
+fn check_runs(scenario: &Scenario, seeds: usize, controllers: usize) -> Result<()> {
+    let runs = seeds.saturating_mul(controllers);
     if seeds == 0 {
         bail!("the seeds are 0, but at least one run is needed");
     }
-    let runs = seeds.saturating_mul(all.len());
     if runs > MOST_RUNS {
         bail!(
-            "{seeds} runs of {} controllers are {runs}, but they can be at most {MOST_RUNS}; use fewer seeds",
-            all.len()
+            "{seeds} runs of {controllers} controllers are {runs}, but they can be at most {MOST_RUNS}; use fewer seeds"
         );
     }
     // What is kept, and what is under way, has the 25 columns of a record.
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let rows = scenario.options.sampling.rows();
-    check_computed(rows.saturating_mul(all.len() + threads.min(runs)), 25)?;
+    Ok(check_computed(
+        rows.saturating_mul(controllers + threads.min(runs)),
+        25,
+    )?)
+}
+
+/// Runs all controllers of a scenario, and those in `own`, with `seeds` runs of each (left out: as the scenario says).
+///
+/// `progress` is called with the share that is done, from several threads, and stops the work by `Break`. What comes out is the same for any
+/// number of threads.
+///
+/// # Errors
+/// For a scenario whose controllers cannot be made, and where the work was stopped. A controller that makes the arm unstable is part of
+/// the result.
+pub fn compare(
+    scenario: &Scenario,
+    own: &[(String, OwnController)],
+    seeds: Option<usize>,
+    progress: &(dyn Fn(f64) -> ControlFlow<()> + Sync),
+) -> Result<Outcome> {
+    let all = contestants(scenario, own)?;
+    let seeds = seeds.unwrap_or(scenario.seeds);
+    check_runs(scenario, seeds, all.len())?;
     let jobs: Vec<(usize, u64)> = (0..all.len())
         .flat_map(|i| (0..seeds as u64).map(move |k| (i, k)))
         .collect();

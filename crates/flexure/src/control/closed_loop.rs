@@ -3,7 +3,6 @@
 //! At instant k the encoders are read, with noise and rounded to their counts; the estimator makes a state of the reading and of the
 //! torque that acted since; the controller's torque, limited, is held from instant k + delay on for one sample time.
 
-use std::cell::Cell;
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
 
@@ -12,15 +11,12 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use super::{Jet, Trajectory, inverse_motion};
-use crate::error::{Error, IntegrationFailure, Result, SimulationError, Stopped};
+use crate::error::{Error, Result, Stopped};
 use crate::interrupt;
 use crate::manipulator::{Arm, State};
 use crate::record::Record;
 use crate::simulation::{Dop853, Sampling, Tolerances};
 use crate::text::decimal;
-
-/// The largest speed of a joint or motor that is followed, rad/s: a million turns a minute. Convention.
-const FASTEST: f64 = 1e5;
 
 /// What is controlled: two joints with their motors.
 pub trait Plant: Sync {
@@ -305,29 +301,21 @@ pub fn run_loop(
     })
 }
 
-/// Moves the plant to `end` under these torques. One that runs away would take ever more steps: beyond [`FASTEST`] it ends.
-fn advance(
-    solver: &mut Dop853<[f64; 8]>,
-    plant: &dyn Plant,
-    torque: [f64; 2],
-    end: f64,
-    watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<()> {
-    let too_fast = Cell::new(false);
-    let derivative = |_: f64, x: &[f64; 8]| match x[4..].iter().all(|speed| speed.abs() <= FASTEST) {
-        true => plant.derivative(x, torque),
-        false => {
-            too_fast.set(true);
-            [f64::NAN; 8]
+impl LoopOptions {
+    /// What the encoders read of this state: with noise, in counts.
+    fn read(&self, truth: &State, normal: &mut impl FnMut(f64) -> f64) -> Encoders {
+        let mut read = |angle: f64| {
+            let noisy = angle + normal(self.encoder_noise);
+            match self.quantum > 0.0 {
+                true => (noisy / self.quantum).round() * self.quantum,
+                false => noisy,
+            }
+        };
+        Encoders {
+            q: truth.q.map(&mut read),
+            qm: truth.qm.map(&mut read),
         }
-    };
-    solver.advance(&derivative, end, watch).map_err(|error| match error {
-        Error::Simulation(SimulationError { time, .. }) if too_fast.get() => Error::Simulation(SimulationError {
-            time,
-            reason: IntegrationFailure::TooFast { limit: FASTEST },
-        }),
-        other => other,
-    })
+    }
 }
 
 /// Like [`run_loop`]; `watch` is called with the time at every instant, and stops by `Break`.
@@ -355,7 +343,7 @@ pub fn run_loop_watched(
     let x = start.to_array();
     let x: [f64; 8] = std::array::from_fn(|i| x[i] + normal(spread[i]));
     let step = options.sampling.sample_time();
-    let mut solver = Dop853::new(0.0, x, options.tolerances)?;
+    let mut solver = Dop853::new(0.0, x, options.tolerances)?.with_speeds_from(4);
     let mut queue: VecDeque<[f64; 2]> = std::iter::repeat_n([0.0; 2], options.delay).collect();
     let mut run = Run::default();
     let mut acting = [0.0; 2];
@@ -365,17 +353,7 @@ pub fn run_loop_watched(
             return Err(Error::Stopped(Stopped::Simulating { time: t }));
         }
         let truth = State::from_array(*solver.x());
-        let mut read = |angle: f64| {
-            let noisy = angle + normal(options.encoder_noise);
-            match options.quantum > 0.0 {
-                true => (noisy / options.quantum).round() * options.quantum,
-                false => noisy,
-            }
-        };
-        let reading = Encoders {
-            q: truth.q.map(&mut read),
-            qm: truth.qm.map(&mut read),
-        };
+        let reading = options.read(&truth, &mut normal);
         let estimate = estimator.estimate(&Moment {
             start,
             truth,
@@ -409,7 +387,8 @@ pub fn run_loop_watched(
         if k + 1 < options.sampling.rows() {
             let held = acting.map(|torque| torque + normal(options.torque_noise));
             solver.restart();
-            advance(&mut solver, plant, held, options.sampling.instant(k + 1), watch)?;
+            let derivative = |_: f64, x: &[f64; 8]| plant.derivative(x, held);
+            solver.advance(&derivative, options.sampling.instant(k + 1), watch)?;
         }
     }
     Ok(run)

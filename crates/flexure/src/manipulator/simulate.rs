@@ -192,7 +192,7 @@ fn held<const N: usize, E: EquationsOfMotion<N>>(
 ) -> Result<Rows> {
     let mut rows = Rows::default();
     run_held(
-        &mut Dop853::new(0.0, E::vector(&options.initial), options.tolerances)?,
+        &mut Dop853::new(0.0, E::vector(&options.initial), options.tolerances)?.with_speeds_from(N / 2),
         |x, tau: &[f64; 2]| equations.derivative(x, *tau),
         |k, x| torque(k, E::state(x)),
         &options.sampling,
@@ -211,7 +211,7 @@ fn continuous<const N: usize, E: EquationsOfMotion<N>>(
 ) -> Result<Rows> {
     let mut rows = Rows::default();
     run_continuous(
-        &mut Dop853::new(0.0, E::vector(&options.initial), options.tolerances)?,
+        &mut Dop853::new(0.0, E::vector(&options.initial), options.tolerances)?.with_speeds_from(N / 2),
         |t, x| equations.derivative(x, torque(t)),
         &options.sampling,
         &mut |k, x| rows.push(torque(options.sampling.instant(k)), E::state(x)),
@@ -238,7 +238,7 @@ fn deflected(
     };
     let mut rows = Rows::default();
     run_held(
-        &mut Dop853::new(0.0, Rigid::vector(initial), options.tolerances)?,
+        &mut Dop853::new(0.0, Rigid::vector(initial), options.tolerances)?.with_speeds_from(2),
         |x, d: &[f64; 2]| arm.deflected_derivative(x, *d),
         |k, _| command(k),
         &options.sampling,

@@ -131,6 +131,9 @@ impl StateVector for Box<[f64]> {
     }
 }
 
+/// The speed beyond which a joint runs away, rad/s or m/s: ten times that of the fastest spindles.
+const FASTEST: f64 = 1e5;
+
 /// An initial-value problem on its way: the time, the state, and the step size found so far.
 #[derive(Debug, Clone)]
 pub struct Dop853<X> {
@@ -144,6 +147,8 @@ pub struct Dop853<X> {
     statistics: Statistics,
     /// Successive steps at the boundary of the stability region.
     stiff_steps: u32,
+    /// The first component that is a speed; the number of components where none is.
+    first_speed: usize,
 }
 
 impl<X: StateVector> Dop853<X> {
@@ -163,12 +168,23 @@ impl<X: StateVector> Dop853<X> {
         Ok(Dop853 {
             tolerances,
             t,
+            first_speed: x.components().len(),
             x,
             slope: None,
             step: None,
             statistics: Statistics::default(),
             stiff_steps: 0,
         })
+    }
+
+    /// Says that the components from `first` on are speeds. A motion that runs away would take ever more steps; it ends at
+    /// 1e5 rad/s or m/s.
+    #[must_use]
+    pub fn with_speeds_from(self, first: usize) -> Self {
+        Dop853 {
+            first_speed: first,
+            ..self
+        }
     }
 
     /// The time reached.
@@ -228,6 +244,10 @@ impl<X: StateVector> Dop853<X> {
                 (self.t, self.x, self.slope) = (t_new, trial.x, Some(slope_new));
                 if !finite {
                     return Err(self.failure(IntegrationFailure::NotFinite));
+                }
+                let mut speeds = self.x.components().iter().skip(self.first_speed);
+                if speeds.any(|speed| speed.abs() > FASTEST) {
+                    return Err(self.failure(IntegrationFailure::TooFast { limit: FASTEST }));
                 }
                 let limit = if rejected { 1.0 } else { GROW };
                 let next = h * (SAFETY * error.powf(-0.125)).clamp(SHRINK, limit);

@@ -108,3 +108,20 @@ fn a_solution_that_escapes_in_finite_time_is_an_error_near_that_time() {
         other => panic!("{other:?}"),
     }
 }
+
+#[test]
+fn a_motion_that_runs_away_ends() {
+    let mut solver = Dop853::new(0.0, [0.0, 0.0], Tolerances::default())
+        .unwrap()
+        .with_speeds_from(1);
+    // A wheel with friction under a torque that no motor has.
+    let wheel = |_: f64, x: &[f64; 2]| [x[1], 1e16 - (1e4 * x[1]).tanh()];
+    match solver.advance(&wheel, 1.0, &mut go_on) {
+        Err(Error::Simulation(SimulationError { time, reason })) => {
+            assert!((1e-11..1e-9).contains(&time), "{time}");
+            assert!(matches!(reason, IntegrationFailure::TooFast { .. }), "{reason}");
+        }
+        other => panic!("{other:?}"),
+    }
+    assert!(solver.statistics().accepted < 100, "{:?}", solver.statistics());
+}

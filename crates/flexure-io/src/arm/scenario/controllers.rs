@@ -160,103 +160,114 @@ pub(super) fn complete(
     let Some(table) = rest.first_mut() else {
         return Ok(());
     };
-    let kind = table.kind;
-    let wrong = |name: &str, reason: String| Err(source.value(format!("controller[{}].{name}", i + 1), reason));
-    let (these, own) = match body {
-        Body::Arm { .. } => ("two-link arms", "all kinds but \"model-reference\""),
-        Body::Link { .. } => ("flexible links", "\"pd\" and \"model-reference\""),
-    };
-    if !kind.controls(body) {
-        let reason = format!("\"{}\" does not control {these}; {own} do", kind.name());
-        return wrong("kind", reason);
-    }
-    if matches!(body, Body::Link { .. }) && table.estimator.is_filter() {
-        let reason = "the filters have the model of an arm; a flexible link has \"exact\", \"differences\" and \"motor-differences\"";
-        return wrong("estimator", reason.to_owned());
-    }
-    if matches!(body, Body::Link { .. }) && table.shaper.is_some() {
-        return wrong("shaper", "shapers have the modes of an arm; leave it out".to_owned());
-    }
-    if table.adaptation.is_some() && kind != ControllerKind::ModelReference {
-        return wrong(
-            "adaptation",
-            format!("the kind \"{}\" has no such key; leave it out", kind.name()),
-        );
-    }
-    for (name, unit, gains) in [("kp", "N m/rad", table.kp), ("kd", "N m s/rad", table.kd)] {
-        match gains {
-            Some(_) if !kind.is_servo() => {
-                return wrong(
-                    name,
-                    format!("the kind \"{}\" has no such key; leave it out", kind.name()),
-                );
-            }
-            None if kind.is_servo() => {
-                return wrong(name, format!("missing; a servo needs it for both joints, in {unit}"));
-            }
-            Some(gains) if !gains.iter().all(|g| *g >= 0.0 && g.is_finite()) => {
-                return wrong(
-                    name,
-                    format!(
-                        "[{}], but must be not negative and finite (in {unit})",
-                        gains.map(exact).join(", ")
-                    ),
-                );
-            }
-            _ => {}
-        }
-    }
-    match table.rate {
-        Some(_) if kind != ControllerKind::InverseDynamics => {
-            return wrong(
-                "rate",
-                format!("the kind \"{}\" has no such key; leave it out", kind.name()),
-            );
-        }
-        Some(rate) if !(rate > 0.0 && rate.is_finite()) => {
-            return wrong(
-                "rate",
-                format!("{}, but must be positive and finite (in 1/s)", exact(rate)),
-            );
-        }
-        _ => {}
-    }
-    if table.shaper.is_some() && !kind.is_servo() {
-        return wrong(
-            "shaper",
-            "shapers are for servos, whose modes are known: pd and pd-feedforward".to_owned(),
-        );
-    }
-    let estimator = table.estimator;
-    for (name, unit, given, known) in [
-        ("cut_off", "Hz", table.cut_off, estimator.is_difference()),
-        ("torque_noise", "N m", table.torque_noise, estimator.is_filter()),
-    ] {
-        let Some(value) = given else { continue };
-        if !known {
-            let reason = format!("the estimator \"{}\" has no such key; leave it out", estimator.name());
-            return wrong(name, reason);
-        }
-        if !(value > 0.0 && value.is_finite()) {
-            let reason = format!("{}, but must be positive and finite (in {unit})", exact(value));
-            return wrong(name, reason);
-        }
-    }
     if table.name.is_empty() {
-        let shaper = table.shaper.map(|shaper| format!(" {}", shaper.name()));
-        let exact = table.estimator == EstimatorKind::Exact;
-        let estimator = (!exact).then(|| format!(" {}", table.estimator.name()));
-        table.name = format!(
-            "{}{}{}",
-            kind.name(),
-            shaper.unwrap_or_default(),
-            estimator.unwrap_or_default()
-        );
+        table.name = table.usual_name();
     }
     let others = before.iter().map(|other| other.name.as_str());
-    match unusable_name(&table.name, others) {
-        Some(reason) => wrong("name", reason),
+    let problem = table
+        .problem_with_body(body)
+        .or_else(|| table.problem_with_gains())
+        .or_else(|| table.problem_with_numbers())
+        .or_else(|| unusable_name(&table.name, others).map(|reason| ("name", reason)));
+    match problem {
+        Some((key, reason)) => Err(source.value(format!("controller[{}].{key}", i + 1), reason)),
         None => Ok(()),
+    }
+}
+
+/// A key that cannot be so, and why.
+type Problem = (&'static str, String);
+
+impl ControllerTable {
+    /// Kind, shaper and estimator.
+    fn usual_name(&self) -> String {
+        let shaper = self.shaper.map(Shaper::name);
+        let estimator = (self.estimator != EstimatorKind::Exact).then(|| self.estimator.name());
+        let parts = [Some(self.kind.name()), shaper, estimator];
+        parts.into_iter().flatten().collect::<Vec<_>>().join(" ")
+    }
+
+    /// The reason against a key that the kind does not have.
+    fn no_such_key(&self) -> String {
+        format!("the kind \"{}\" has no such key; leave it out", self.kind.name())
+    }
+
+    /// What does not control this body.
+    fn problem_with_body(&self, body: &Body) -> Option<Problem> {
+        let (these, own) = match body {
+            Body::Arm { .. } => ("two-link arms", "all kinds but \"model-reference\""),
+            Body::Link { .. } => ("flexible links", "\"pd\" and \"model-reference\""),
+        };
+        if !self.kind.controls(body) {
+            let reason = format!("\"{}\" does not control {these}; {own} do", self.kind.name());
+            return Some(("kind", reason));
+        }
+        let is_link = matches!(body, Body::Link { .. });
+        if is_link && self.estimator.is_filter() {
+            let reason = "the filters have the model of an arm; a flexible link has \"exact\", \"differences\" and \"motor-differences\"";
+            return Some(("estimator", reason.to_owned()));
+        }
+        if is_link && self.shaper.is_some() {
+            return Some(("shaper", "shapers have the modes of an arm; leave it out".to_owned()));
+        }
+        if self.shaper.is_some() && !self.kind.is_servo() {
+            let reason = "shapers are for servos, whose modes are known: pd and pd-feedforward";
+            return Some(("shaper", reason.to_owned()));
+        }
+        let adapts = self.kind == ControllerKind::ModelReference;
+        (self.adaptation.is_some() && !adapts).then(|| ("adaptation", self.no_such_key()))
+    }
+
+    /// Gains that are missing, needless or negative.
+    fn problem_with_gains(&self) -> Option<Problem> {
+        [("kp", "N m/rad", self.kp), ("kd", "N m s/rad", self.kd)]
+            .into_iter()
+            .find_map(|(key, unit, gains)| match gains {
+                Some(_) if !self.kind.is_servo() => Some((key, self.no_such_key())),
+                None if self.kind.is_servo() => {
+                    Some((key, format!("missing; a servo needs it for both joints, in {unit}")))
+                }
+                Some(gains) if !gains.iter().all(|g| *g >= 0.0 && g.is_finite()) => {
+                    let gains = gains.map(exact).join(", ");
+                    Some((
+                        key,
+                        format!("[{gains}], but must be not negative and finite (in {unit})"),
+                    ))
+                }
+                _ => None,
+            })
+    }
+
+    /// Numbers of the kind and of the estimator that are needless or not positive.
+    fn problem_with_numbers(&self) -> Option<Problem> {
+        let of_estimator = || {
+            format!(
+                "the estimator \"{}\" has no such key; leave it out",
+                self.estimator.name()
+            )
+        };
+        let has_rate = self.kind == ControllerKind::InverseDynamics;
+        [
+            ("rate", "1/s", self.rate, has_rate),
+            ("cut_off", "Hz", self.cut_off, self.estimator.is_difference()),
+            ("torque_noise", "N m", self.torque_noise, self.estimator.is_filter()),
+        ]
+        .into_iter()
+        .find_map(|(key, unit, value, is_known)| match value {
+            Some(_) if !is_known => Some((
+                key,
+                if key == "rate" {
+                    self.no_such_key()
+                } else {
+                    of_estimator()
+                },
+            )),
+            Some(value) if !(value > 0.0 && value.is_finite()) => Some((
+                key,
+                format!("{}, but must be positive and finite (in {unit})", exact(value)),
+            )),
+            _ => None,
+        })
     }
 }
 

@@ -137,9 +137,11 @@ pub fn simulate_chain_watched(
     };
     let names = chain_columns(chain);
     let mut columns = vec![Vec::with_capacity(sampling.rows()); names.len()];
+    let state = chain.state(&options.initial)?;
+    let positions = state.q.len() + state.motor_q.len();
     let initial = options.initial.clone().into_boxed_slice();
     let ran = run_held(
-        &mut Dop853::new(0.0, initial, options.tolerances)?,
+        &mut Dop853::new(0.0, initial, options.tolerances)?.with_speeds_from(positions),
         plant,
         |k, _| torque(k),
         sampling,
