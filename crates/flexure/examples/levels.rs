@@ -1,8 +1,8 @@
 //! Prints how often the residual tests reject, by Monte Carlo: a true model at their stated level of 1 %, a wrong one as
 //! often as possible.
 //!
-//! The columns of single tests count p-values below 1 %; "any below 1 %" counts that of any of the six tests that can refute a model.
-//! "refuted" counts what the library says: the joint level of these six is 1 %, a sixth for each.
+//! The columns of single tests count p-values below 1 %; "any below 1 %" counts that of any of the seven tests that can refute a model.
+//! "refuted" counts what the library says: the joint level of these seven is 1 %, a seventh for each.
 //!
 //! ```text
 //! cargo run --release -p flexure --example levels                # some minutes on two cores
@@ -34,10 +34,11 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
 
-const KINDS: [(TestKind, &str); 7] = [
+const KINDS: [(TestKind, &str); 8] = [
     (TestKind::Whiteness, "white"),
     (TestKind::InputIndependence, "u"),
     (TestKind::SquaredInputIndependence, "u^2"),
+    (TestKind::CubedInputIndependence, "u^3"),
     (TestKind::SquaredIndependence, "e^2, u^2"),
     (TestKind::SquaredPredictionIndependence, "p^2"),
     (TestKind::CubedPredictionIndependence, "p^3"),

@@ -112,7 +112,7 @@ impl<'a> Inspection<'a> {
             };
             json!({
                 "name": c.name,
-                "unit": self.file.unit(&c.name),
+                "unit": self.file.units.get(i).cloned().flatten(),
                 "signal": self.is_signal(i),
                 "samples": c.samples,
                 "missing": c.missing,

@@ -79,7 +79,7 @@ impl Inspection<'_> {
                 Some(frequency) => format!("{} {}", number(frequency), self.frequency_unit()),
                 None => "-".to_owned(),
             };
-            let unit = self.file.unit(&c.name).unwrap_or_default().to_owned();
+            let unit = self.file.units.get(i).cloned().flatten().unwrap_or_default();
             let numbers = [c.least, c.greatest, c.mean, c.deviation].map(finite);
             [vec![c.name.clone(), unit], numbers.to_vec(), vec![power]].concat()
         }));

@@ -9,7 +9,7 @@
 //!   M + 1 degrees of freedom) is Fisher's where w says nothing about a Gaussian v, exactly so if v is white.
 //! - Missed nonlinearity (Billings & Voon 1986): the same for the pairs e and u^2, e^2 and u^2, less
 //!   their means, which see what the linear test is blind to. Of e^2 the ranks are taken: its own tail is so heavy that the
-//!   level would be 2 %.
+//!   level would be 2 %. An odd function of the input, as a saturation is, shows in u^3, less what is linear in u.
 //! - Missed nonlinearity in or after the dynamics, as in a Wiener or a feedback system: the same for e and the
 //!   prediction's square and cube, less what is linear in the prediction. The prediction gathers the input's
 //!   past over all of the memory, where no single u_{n-k}^2 says much.
@@ -219,6 +219,14 @@ impl ResidualTests {
                 None,
                 level.shared,
             ),
+            independence(
+                TestKind::CubedInputIndependence,
+                &error,
+                &power_beyond_linear(u, 3),
+                lags,
+                None,
+                level.shared,
+            ),
             independence(TestKind::SquaredIndependence, &size, &u2, lags, None, level.shared),
         ];
         if let Some(predicted) = predicted {
@@ -262,7 +270,7 @@ struct Levels {
 impl Levels {
     /// Those of a family with this joint level, which has three more tests where there is a prediction.
     fn of(joint: f64, with_prediction: bool) -> Levels {
-        let refuting = if with_prediction { 6.0 } else { 3.0 };
+        let refuting = if with_prediction { 7.0 } else { 4.0 };
         Levels {
             alone: joint,
             shared: joint / refuting,

@@ -180,6 +180,22 @@ fn dependence_is_found() {
         (e, u)
     };
     assert!(rejections(TestKind::SquaredInputIndependence, 50, even) > 0.95);
+    // A saturation before a slow pole, of which a linear model keeps the linear part: no other test sees it.
+    let odd = |seed| {
+        let u = white(2 * seed, 400);
+        let slope = u.iter().map(|u| u * u.clamp(-0.7, 0.7)).sum::<f64>() / u.iter().map(|u| u * u).sum::<f64>();
+        let missed: Vec<f64> = u.iter().map(|u| u.clamp(-0.7, 0.7) - slope * u).collect();
+        let slow = TransferFunction::new(vec![0.3], vec![1.0, -0.7]).unwrap();
+        let e = slow
+            .simulate(&missed)
+            .iter()
+            .zip(white(2 * seed + 1, 400))
+            .map(|(e, noise)| e + 0.01 * noise)
+            .collect();
+        (e, u)
+    };
+    assert!(rejections(TestKind::CubedInputIndependence, 50, odd) > 0.95);
+    assert!(rejections(TestKind::SquaredInputIndependence, 50, odd) < 0.2);
     let spread = |seed| {
         let u = white(2 * seed, 1000);
         let e = white(2 * seed + 1, 1000)
@@ -221,6 +237,7 @@ fn a_nonlinearity_after_the_dynamics_is_found_where_the_input_alone_does_not_sho
     assert!(found.count() > 36);
     // And nothing is found where there is nothing, at the level of 1 % each.
     for kind in [
+        TestKind::CubedInputIndependence,
         TestKind::SquaredPredictionIndependence,
         TestKind::CubedPredictionIndependence,
     ] {

@@ -17,6 +17,8 @@ pub enum TestKind {
     InputIndependence,
     /// Is the residual independent of the squared input's past?
     SquaredInputIndependence,
+    /// Is the residual independent of the cubed input's past?
+    CubedInputIndependence,
     /// Is the squared residual independent of the squared input's past?
     SquaredIndependence,
     /// Is the residual independent of the prediction's square?
@@ -34,6 +36,7 @@ impl TestKind {
             TestKind::Whiteness => "residual whiteness (Ljung-Box, Monti)",
             TestKind::InputIndependence => "residual independent of input",
             TestKind::SquaredInputIndependence => "residual independent of squared input",
+            TestKind::CubedInputIndependence => "residual independent of cubed input",
             TestKind::SquaredIndependence => "squared residual independent of squared input (Billings-Voon)",
             TestKind::SquaredPredictionIndependence => "residual independent of squared prediction",
             TestKind::CubedPredictionIndependence => "residual independent of cubed prediction",
@@ -168,6 +171,9 @@ impl ResidualTest {
             TestKind::InputIndependence => format!("{size} of the error's variance depends on the input"),
             TestKind::SquaredInputIndependence => {
                 format!("{size} of the error's variance depends on the squared input")
+            }
+            TestKind::CubedInputIndependence => {
+                format!("{size} of the error's variance depends on the cubed input")
             }
             TestKind::SquaredIndependence => {
                 format!("{size} of the variation of the error's size depends on the squared input")
