@@ -6,12 +6,12 @@ import json
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from os import PathLike
-from typing import Any
+from typing import Any, cast
 
 from flexure import _core
 from flexure import _records as records
 from flexure import _times as times
-from flexure._arrays import finite_number, samples
+from flexure._arrays import Array, finite_number, samples
 from flexure._core import DataError, FlexureError, ParameterError
 from flexure.joints import Joint, _joint
 
@@ -134,7 +134,9 @@ def identify_axes(
             steps.add(times.step_of(instants))
             column = {what: None if values is None else samples(values, str(own[what])) for what, values in found.items()}
             of_link = column["link"] if column["position"] is None else column["position"]
-            columns = (column["torque"] * constant, of_link, column["motor"], column["velocity"])
+            # Both are named, so they were found.
+            torques, angles = cast("Array", column["torque"]), cast("Array", of_link)
+            columns = (torques * constant, angles, column["motor"], column["velocity"])
         except DataError as problem:
             error = str(problem)
         given.append((name, remark, error, columns))

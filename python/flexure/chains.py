@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from os import PathLike, fspath
 from typing import Any, Literal, NamedTuple, Self
@@ -309,7 +310,7 @@ class Chain:
             raise ParameterError(f"motors is {motors!r}, but must be 'free' or 'held'")
         place = self.neutral if q is None else _vector(q, "q", self.nq)
         return [
-            Mode(np.sqrt(square) / (2 * np.pi) if square >= 0 else np.nan, damping, np.array(shape))
+            Mode(math.sqrt(square) / (2 * math.pi) if square >= 0 else math.nan, damping, np.array(shape))
             for square, damping, shape in self._core.modes(place.tolist(), motors == "held")
         ]
 
