@@ -166,7 +166,7 @@ pub struct Arm {
     pub(super) smooth_terms: bool,
     /// Whether each joint moves.
     pub(super) free: [bool; 2],
-    /// `S12`: the inertia of rotor 2, or zero without coupling.
+    /// `S12`, the only element of S in (9): the inertia of rotor 2 in kg m^2; zero without coupling.
     pub(super) coupling: f64,
 }
 

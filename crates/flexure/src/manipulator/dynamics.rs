@@ -33,7 +33,7 @@ fn solve(m: [[f64; 2]; 2], r: [f64; 2]) -> [f64; 2] {
 
 impl Arm {
     /// The time derivative of the state `[q1, q2, qm1, qm2, q1', q2', qm1', qm2']` of a flexible arm
-    /// under the motor torques `tau`. (A rigid arm's motors are locked to its links, and rub with them.)
+    /// under the motor torques `tau`: (7) and (8) with the motors eliminated, whose matrix form is above. (A rigid arm's motors are locked to its links, and rub with them.)
     #[inline]
     pub fn derivative(&self, x: &[f64; 8], tau: [f64; 2]) -> [f64; 8] {
         if self.model() == JointKind::Rigid {

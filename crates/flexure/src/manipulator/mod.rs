@@ -12,6 +12,8 @@
 //! | [`chain`] | any chain or tree of rigid links, on a fixed or a free base | |
 //! | [`simulate()`], [`Drive`] | an arm in time, under torque or with commanded deflections | |
 //!
+//! All equations of the paper, with their files, are listed in `identify/hammerstein/mod.rs`.
+//!
 //! ```
 //! use flexure::manipulator::{Arm, Drive, JointKind, SimulationOptions, simulate, space_arm};
 //!

@@ -26,8 +26,9 @@
 //! | (1) to (3) | Lagrange's equations, from which (4) to (9) follow | |
 //! | (4) to (6) | the rigid arm | `manipulator/links.rs`, `manipulator/dynamics.rs` |
 //! | (7), (8) | the arm with flexible joints | `manipulator/dynamics.rs` |
-//! | (10) to (12) | a joint's stiffness and friction | `manipulator/joint.rs` |
 //! | (9) | the matrix S, by its one element | `manipulator/arm.rs`, `Arm::coupling` |
+//! | (10) to (12) | a joint's stiffness and friction | `manipulator/joint.rs` |
+//! | (7) to (12) | the same of any chain | `manipulator/chain/drives.rs` |
 //! | (13), theorem 1 | the kernel estimate of independent pairs | `nonlinearity/kernel/mod.rs`; the quotient: `nonlinearity/kernel/sums.rs` |
 //! | (13), (21) with d > 1 | in several columns; in a system with several inputs | `nonlinearity/kernel/product/`; `identify/surface/` |
 //! | (14), (17) | the Hammerstein system | above |

@@ -1,4 +1,4 @@
-//! The kernel estimate (13) with a given bandwidth: fit, evaluation and standard errors.
+//! The kernel estimate (13), of a system's nonlinearity (21), with a given bandwidth: fit, evaluation and standard errors.
 
 use super::sorted::Increasing;
 use super::{Degree, Kernel, Sorted, Sums, for_each_sum};

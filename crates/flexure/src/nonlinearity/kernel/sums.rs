@@ -74,7 +74,7 @@ impl Sums {
         if !(s0 > 0.0) {
             return None;
         }
-        // The quotient (13).
+        // The quotient (13), and (21) where the pairs are a system's.
         let mean = Local {
             value: self.t[0] / s0,
             leverage: 1.0 / s0,
