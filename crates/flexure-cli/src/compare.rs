@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use flexure_io::read_model;
-use flexure_workbench::systems::{Compared, Contender, Judging};
+use flexure_workbench::systems::{Compared, ComparedModel, Judging};
 
 use crate::arguments;
 use crate::columns::Connected;
@@ -61,12 +61,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         None => &arguments.reading,
     };
     let file = reading.read(record)?;
-    let mut contenders = Vec::with_capacity(models.len());
+    let mut compared = Vec::with_capacity(models.len());
     for (name, model) in models {
         let Connected { inputs, output } = Connected::of_model(&file, &model, None, None)?;
         let used: Vec<&str> = inputs.iter().chain([&output]).map(String::as_str).collect();
         reading.same_sample_time(&file, model.sample_time, &used)?;
-        contenders.push(Contender {
+        compared.push(ComparedModel {
             name,
             model,
             inputs,
@@ -78,7 +78,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         missing,
         ..Judging::default()
     };
-    let compared = spinning("simulating", || Compared::new(contenders, &file, judging))?;
+    let compared = spinning("simulating", || Compared::new(compared, &file, judging))?;
     if let Some(path) = &arguments.report {
         write_text(path, &compared.html(&file, Some(this_command()))?)?;
     }

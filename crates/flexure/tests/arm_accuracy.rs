@@ -322,9 +322,9 @@ fn commanded_deflections_make_an_exact_hammerstein_system() {
 #[test]
 fn commanded_deflections_agree_with_the_torques_they_need() {
     // A constant deflection: driving by the torque it needs, as a function of time, keeps it.
-    let mut rubbing = space_arm(JointKind::Nonlinear);
-    rubbing.joints[0].motor_friction = Some(Friction([0.0, 0.0, 0.0, 1.0, 20.0, 0.3]));
-    let arm = Arm::new(rubbing).unwrap();
+    let mut parameters = space_arm(JointKind::Nonlinear);
+    parameters.joints[0].motor_friction = Some(Friction([0.0, 0.0, 0.0, 1.0, 20.0, 0.3]));
+    let arm = Arm::new(parameters).unwrap();
     let mut options = SimulationOptions::new(2.0, 0.001).unwrap();
     options.initial = State {
         q: [0.0, 0.5],

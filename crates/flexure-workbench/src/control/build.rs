@@ -12,7 +12,7 @@ use flexure::control::{Controller, Differences, Estimator, Exact, Plant, Traject
 use flexure::manipulator::Arm;
 use flexure_io::arm::{Body, ControllerKind, ControllerTable, EstimatorKind, Motion, Scenario};
 
-use super::Contestant;
+use super::ComparedController;
 
 /// The rate of inverse dynamics, 1/s, and the cut-off of differences, Hz, where none is given.
 const RATE: f64 = 8.0;
@@ -69,9 +69,9 @@ pub fn plant(scenario: &Scenario) -> Result<Box<dyn Plant>> {
     })
 }
 
-/// Makes what a contestant needs.
-pub fn contestant(scenario: &Scenario, contestant: &Contestant) -> Result<Made> {
-    match (contestant.table, contestant.own, &scenario.body) {
+/// Makes what a controller needs.
+pub fn make(scenario: &Scenario, compared: &ComparedController) -> Result<Made> {
+    match (compared.table, compared.own, &scenario.body) {
         (Some(table), _, Body::Arm { model, .. }) => {
             let model = Arm::new(**model)?;
             Ok(Made {

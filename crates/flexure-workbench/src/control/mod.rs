@@ -21,13 +21,13 @@ pub use outcome::{Outcome, Row, Spread};
 pub type OwnController = Box<dyn Fn() -> Box<dyn Controller> + Sync>;
 
 /// What is compared: a controller of the scenario, or one that is brought along.
-struct Contestant<'a> {
+struct ComparedController<'a> {
     name: String,
     table: Option<&'a ControllerTable>,
     own: Option<&'a OwnController>,
 }
 
-impl Contestant<'_> {
+impl ComparedController<'_> {
     fn is_shaped(&self) -> bool {
         self.table.is_some_and(|table| table.shaper.is_some())
     }
@@ -69,21 +69,21 @@ impl Watch<'_> {
 }
 
 /// The controllers of a scenario, and those that are brought along, each with a name of its own.
-fn contestants<'a>(scenario: &'a Scenario, own: &'a [(String, OwnController)]) -> Result<Vec<Contestant<'a>>> {
-    let tables = scenario.controllers.iter().map(|table| Contestant {
+fn compared<'a>(scenario: &'a Scenario, own: &'a [(String, OwnController)]) -> Result<Vec<ComparedController<'a>>> {
+    let tables = scenario.controllers.iter().map(|table| ComparedController {
         name: table.name.clone(),
         table: Some(table),
         own: None,
     });
-    let brought = own.iter().map(|(name, make)| Contestant {
+    let brought = own.iter().map(|(name, make)| ComparedController {
         name: name.clone(),
         table: None,
         own: Some(make),
     });
-    let all: Vec<Contestant> = tables.chain(brought).collect();
-    for (i, contestant) in all.iter().enumerate().skip(scenario.controllers.len()) {
+    let all: Vec<ComparedController> = tables.chain(brought).collect();
+    for (i, controller) in all.iter().enumerate().skip(scenario.controllers.len()) {
         let others = all[..i].iter().map(|other| other.name.as_str());
-        if let Some(reason) = unusable_name(&contestant.name, others) {
+        if let Some(reason) = unusable_name(&controller.name, others) {
             bail!("the name of system {}: {reason}", i + 1 - scenario.controllers.len());
         }
     }
@@ -124,7 +124,7 @@ pub fn compare(
     seeds: Option<usize>,
     progress: &(dyn Fn(f64) -> ControlFlow<()> + Sync),
 ) -> Result<Outcome> {
-    let all = contestants(scenario, own)?;
+    let all = compared(scenario, own)?;
     let seeds = seeds.unwrap_or(scenario.seeds);
     check_runs(scenario, seeds, all.len())?;
     let jobs: Vec<(usize, u64)> = (0..all.len())
@@ -132,11 +132,11 @@ pub fn compare(
         .collect();
     let plant = build::plant(scenario)?;
     // What cannot be made is found before anything runs.
-    for contestant in &all {
-        build::contestant(scenario, contestant)?;
+    for controller in &all {
+        build::make(scenario, controller)?;
     }
     // A shaped controller runs twice.
-    let weight = |contestant: &Contestant| if contestant.is_shaped() { 2 } else { 1 };
+    let weight = |controller: &ComparedController| if controller.is_shaped() { 2 } else { 1 };
     let watch = Watch {
         done: AtomicUsize::new(0),
         all: PARTS * seeds * all.iter().map(weight).sum::<usize>(),
@@ -166,10 +166,10 @@ pub fn compare(
     }
     let mut rows = Vec::with_capacity(all.len());
     let mut results = results.into_iter().flatten();
-    for (contestant, first) in all.iter().zip(firsts) {
+    for (controller, first) in all.iter().zip(firsts) {
         let of_this: Vec<_> = results.by_ref().take(seeds).collect();
         let run = first.into_inner().ok().flatten().map(|(_, run)| run);
-        rows.push(Row::new(contestant.name.clone(), of_this, run, extent(scenario)));
+        rows.push(Row::new(controller.name.clone(), of_this, run, extent(scenario)));
     }
     Ok(Outcome {
         rows,
@@ -207,26 +207,26 @@ fn extent(scenario: &Scenario) -> f64 {
 fn judge(
     scenario: &Scenario,
     plant: &dyn Plant,
-    contestant: &Contestant,
+    controller: &ComparedController,
     seed: u64,
     watch: &Watch,
 ) -> Result<(Judged, Run), flexure::Error> {
-    let plain = build::contestant(scenario, contestant)?;
+    let plain = build::make(scenario, controller)?;
     let (run, figures, kept) = driven(scenario, plant, plain, seed, watch)?;
     // A shaped controller is measured against itself without the shaper.
-    let unshaped = match contestant.table.filter(|_| contestant.is_shaped()) {
+    let unshaped = match controller.table.filter(|_| controller.is_shaped()) {
         None => None,
         Some(table) => {
             let table = ControllerTable {
                 shaper: None,
                 ..table.clone()
             };
-            let without = Contestant {
+            let without = ComparedController {
                 name: String::new(),
                 table: Some(&table),
                 own: None,
             };
-            let made = build::contestant(scenario, &without)?;
+            let made = build::make(scenario, &without)?;
             let (_, without, _) = driven(scenario, plant, made, seed, watch)?;
             Some(figures.residual_vibration / without.residual_vibration)
         }

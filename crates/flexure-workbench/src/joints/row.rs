@@ -13,7 +13,7 @@ pub enum Quantity {
     /// The axis has none, as a rigid one has no stiffness.
     Absent,
     /// The data do not determine it.
-    Untold,
+    NotIdentifiable,
     /// A value with its error.
     Found(Estimated),
 }
@@ -73,7 +73,7 @@ impl Quantity {
     pub fn text(self) -> String {
         match self {
             Quantity::Absent => "-".to_owned(),
-            Quantity::Untold => "cannot tell".to_owned(),
+            Quantity::NotIdentifiable => "cannot tell".to_owned(),
             Quantity::Found(estimated) => with_error(estimated),
         }
     }
@@ -82,14 +82,14 @@ impl Quantity {
     fn positive(estimated: Estimated) -> Quantity {
         match estimated.is_positive() {
             true => Quantity::Found(estimated),
-            false => Quantity::Untold,
+            false => Quantity::NotIdentifiable,
         }
     }
 
     fn of_parameter(parameter: Option<&Parameter>) -> Quantity {
         match parameter.filter(|p| p.identifiable) {
             Some(parameter) => Quantity::Found(estimate(parameter)),
-            None => Quantity::Untold,
+            None => Quantity::NotIdentifiable,
         }
     }
 }
@@ -107,7 +107,7 @@ impl Row {
     /// Of a flexible joint: its link.
     pub fn of_flexible(axis: &FlexibleAxis, outcome: &Outcome) -> Row {
         let skew = match axis.competing.contains(&Effect::EncoderSkew) {
-            true => Quantity::Untold,
+            true => Quantity::NotIdentifiable,
             false => milliseconds(axis.clock_offset),
         };
         let linear = form(&axis.stiffness, FormName::LinearStiffness, "a2");
@@ -144,7 +144,7 @@ fn quantity_json(quantity: Quantity, kind: Kind) -> Value {
     let unit = if matches!(kind, Kind::Milliseconds) { 1e-3 } else { 1.0 };
     match quantity {
         Quantity::Absent => Value::Null,
-        Quantity::Untold => json!({ "value": null, "standard_error": null }),
+        Quantity::NotIdentifiable => json!({ "value": null, "standard_error": null }),
         Quantity::Found(found) => json!({ "value": found.value * unit, "standard_error": found.standard_error * unit }),
     }
 }
@@ -169,6 +169,6 @@ fn stiffness_of(stiff: &StiffJoint) -> Quantity {
             value: 1.0 / value,
             standard_error: standard_error / value.powi(2),
         }),
-        false => Quantity::Untold,
+        false => Quantity::NotIdentifiable,
     }
 }

@@ -1,6 +1,6 @@
 //! What is worth knowing of a record, in sentences.
 
-use flexure::look::{Clock, Column, Kinship, Look, Relation, Stop};
+use flexure::look::{Clock, Column, ColumnRelation, Look, Relation, Stop};
 use flexure::text::{capitalised, counted, number, short};
 use flexure_io::RecordFile;
 
@@ -47,7 +47,7 @@ pub fn findings(file: &RecordFile, look: &Look, seconds: f64, sample_time: Optio
         list.column(column);
     }
     list.slow(look);
-    list.kinships(look, sample_time);
+    list.relations(look, sample_time);
     list.integrations(look);
     list.findings
 }
@@ -193,10 +193,10 @@ impl List<'_> {
     }
 
     /// Columns that are made of others, of all derivatives in one sentence.
-    fn kinships(&mut self, look: &Look, sample_time: Option<f64>) {
+    fn relations(&mut self, look: &Look, sample_time: Option<f64>) {
         let name = |i: usize| look.columns[i].name.clone();
         let (mut columns, mut of) = (Vec::new(), Vec::new());
-        for k in &look.kinships {
+        for k in &look.relations {
             match k.relation {
                 Relation::Derivative { .. } => {
                     columns.push(name(k.column));
@@ -240,9 +240,10 @@ impl List<'_> {
     fn integrations(&mut self, look: &Look) {
         let name = |i: usize| look.columns[i].name.clone();
         for input in 0..look.columns.len() {
-            let is_derivative = |k: &Kinship| k.column == input && matches!(k.relation, Relation::Derivative { .. });
+            let is_derivative =
+                |k: &ColumnRelation| k.column == input && matches!(k.relation, Relation::Derivative { .. });
             let outputs: Vec<String> = (look.integrations.iter())
-                .filter(|i| i.input == input && !look.kinships.iter().any(is_derivative))
+                .filter(|i| i.input == input && !look.relations.iter().any(is_derivative))
                 .map(|i| name(i.output))
                 .collect();
             let input = name(input);

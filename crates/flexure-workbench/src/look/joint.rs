@@ -348,7 +348,7 @@ fn named_joints(look: &Look) -> Vec<Joint<'_>> {
 fn integrating_joint(look: &Look) -> Option<Joint<'_>> {
     let name = |i: usize| look.columns[i].name.as_str();
     let moved = |i: &&flexure::look::Integration| {
-        let derivative = |k: &flexure::look::Kinship| {
+        let derivative = |k: &flexure::look::ColumnRelation| {
             (k.column, k.of) == (i.input, i.output) && matches!(k.relation, Relation::Derivative { .. })
         };
         let says = |i: usize, wanted: &[Role]| {
@@ -356,7 +356,7 @@ fn integrating_joint(look: &Look) -> Option<Joint<'_>> {
         };
         // A level integrates a flow too, and is no joint.
         let axis = says(i.input, &[Role::Torque]) && says(i.output, &[Role::Position, Role::MotorPosition]);
-        axis && !look.kinships.iter().any(derivative)
+        axis && !look.relations.iter().any(derivative)
     };
     let best = |a: &&flexure::look::Integration, b: &&flexure::look::Integration| {
         a.found.explained.total_cmp(&b.found.explained)

@@ -86,12 +86,12 @@ impl<'a> Inspection<'a> {
     /// The dependences that say something new: not those of derivatives, nor those between columns that are nearly the same.
     fn dependences(&self) -> Vec<&Dependence> {
         let is_derivative = |i: usize| {
-            (self.look.kinships.iter()).any(|k| k.column == i && matches!(k.relation, Relation::Derivative { .. }))
+            (self.look.relations.iter()).any(|k| k.column == i && matches!(k.relation, Relation::Derivative { .. }))
         };
         let are_kin = |d: &Dependence| {
             let both = [d.cause, d.effect];
             self.look
-                .kinships
+                .relations
                 .iter()
                 .any(|k| both.contains(&k.column) && both.contains(&k.of))
         };

@@ -200,7 +200,7 @@ impl<'a> Order<'a> {
     fn dependences(&self) -> impl Iterator<Item = &'a Dependence> + use<'a> {
         let look = self.look;
         let is_multiple = move |i: usize| {
-            (look.kinships.iter()).any(|k| k.column == i && matches!(k.relation, Relation::Multiple { .. }))
+            (look.relations.iter()).any(|k| k.column == i && matches!(k.relation, Relation::Multiple { .. }))
         };
         (look.dependences.iter()).filter(move |d| !is_multiple(d.cause) && !is_multiple(d.effect))
     }
@@ -240,7 +240,7 @@ impl<'a> Order<'a> {
             return self.given.to_vec();
         }
         let leads = |i: usize| self.dependences().any(|d| d.cause == i);
-        let is_derivative = |i: usize| self.look.kinships.iter().any(|k| k.column == i);
+        let is_derivative = |i: usize| self.look.relations.iter().any(|k| k.column == i);
         let is_input = |&i: &usize| {
             i != output && leads(i) && !self.is_output(i, output) && !self.lies_between(i, output) && !is_derivative(i)
         };

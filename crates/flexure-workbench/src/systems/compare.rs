@@ -15,7 +15,7 @@ use crate::lines::{Lines, Tone};
 const SEEN: &str = " *";
 
 /// A model that takes part, and the columns that it connects.
-pub struct Contender {
+pub struct ComparedModel {
     /// The model file's name.
     pub name: String,
     /// The model.
@@ -28,7 +28,7 @@ pub struct Contender {
 
 /// What a model made of the record.
 struct Outcome {
-    contender: Contender,
+    compared: ComparedModel,
     judged: Judged,
     /// Whether the model was identified from this very record.
     seen: bool,
@@ -48,13 +48,13 @@ impl Compared {
     ///
     /// # Errors
     /// As [`Judged::new`].
-    pub fn new(contenders: Vec<Contender>, file: &RecordFile, judging: Judging) -> Result<Self> {
+    pub fn new(models: Vec<ComparedModel>, file: &RecordFile, judging: Judging) -> Result<Self> {
         let samples = file.record.len();
-        let usual = contenders.iter().map(|c| usual_skip(&c.model, samples)).max();
+        let usual = models.iter().map(|c| usual_skip(&c.model, samples)).max();
         let skip = judging.skip.or(usual).unwrap_or(0);
-        let judge = |contender: Contender| -> Result<Outcome> {
-            let inputs: Vec<&str> = contender.inputs.iter().map(String::as_str).collect();
-            let output = contender.output.as_str();
+        let judge = |compared: ComparedModel| -> Result<Outcome> {
+            let inputs: Vec<&str> = compared.inputs.iter().map(String::as_str).collect();
+            let output = compared.output.as_str();
             let columns = SystemColumns {
                 inputs: &inputs,
                 output,
@@ -63,17 +63,12 @@ impl Compared {
                 skip: Some(skip),
                 ..judging
             };
-            let judged =
-                Judged::new(&contender.model, file, columns, judging).with_context(|| contender.name.clone())?;
+            let judged = Judged::new(&compared.model, file, columns, judging).with_context(|| compared.name.clone())?;
             let mark = RecordMark::new(&file.name(), &file.record, &[&inputs[..], &[output]].concat())?;
-            let seen = contender.model.was_identified_from(&mark);
-            Ok(Outcome {
-                contender,
-                judged,
-                seen,
-            })
+            let seen = compared.model.was_identified_from(&mark);
+            Ok(Outcome { compared, judged, seen })
         };
-        let mut outcomes = contenders.into_iter().map(judge).collect::<Result<Vec<_>>>()?;
+        let mut outcomes = models.into_iter().map(judge).collect::<Result<Vec<_>>>()?;
         outcomes.sort_by(|a, b| b.fit().total_cmp(&a.fit()));
         Ok(Compared {
             record: file.name(),
@@ -167,7 +162,7 @@ impl Outcome {
 
     /// The cells of the model's row.
     fn row(&self) -> [String; 6] {
-        let Contender { name, model, .. } = &self.contender;
+        let ComparedModel { name, model, .. } = &self.compared;
         let mark = if self.seen { SEEN } else { "" };
         let holds = if self.judged.verdict.holds() { "yes" } else { "no" };
         [
@@ -181,7 +176,7 @@ impl Outcome {
     }
 
     fn json(&self) -> Value {
-        let Contender { name, model, .. } = &self.contender;
+        let ComparedModel { name, model, .. } = &self.compared;
         let mut object = self.judged.json();
         object["model"] = json!(name);
         object["structure"] = json!(model.structure);
@@ -192,9 +187,9 @@ impl Outcome {
 
     /// The output against the model's run.
     fn run(&self, file: &RecordFile, skip: usize) -> Result<Comparison> {
-        let Contender {
+        let ComparedModel {
             name, model, output, ..
-        } = &self.contender;
+        } = &self.compared;
         let measures = &self.judged.verdict.measures;
         Ok(Comparison {
             names: ["measured", "predicted"],

@@ -16,7 +16,7 @@ mod task;
 mod validation;
 
 pub use columns::SystemColumns;
-pub use compare::{Compared, Contender};
+pub use compare::{Compared, ComparedModel};
 pub use form::form;
 pub use page::{Decoration, Truth, arm_motion, score_curve};
 pub use periods::{Periodic, period};

@@ -14,7 +14,7 @@
 
 use std::ops::ControlFlow;
 
-use super::resample::{Known, Rounds, Sample, World};
+use super::resample::{Known, Resampler, Rounds, Sample};
 use super::{Band, BandKind, automatic_block_length, check_level, seed_of, student, upper_quantile};
 use crate::error::{Error, Result};
 use crate::nonlinearity::{Estimator, Regression};
@@ -154,7 +154,7 @@ impl BootstrapBand {
         let original = sample.corrected(y, weights)?;
         let residuals: Vec<f64> = y.iter().zip(&original.fitted).map(|(y, m)| y - m).collect();
         let block = self.block_length(&residuals)?;
-        let world = World {
+        let resampler = Resampler {
             fitted: &original.fitted,
             residuals: &residuals,
             y,
@@ -167,10 +167,12 @@ impl BootstrapBand {
             total: 2 * PROBES + self.resamples,
             progress,
         };
-        let probes = rounds.run(PROBES, 2, |k| world.probe(&sample, seed_of(!self.seed, k)))?;
+        let probes = rounds.run(PROBES, 2, |k| resampler.probe(&sample, seed_of(!self.seed, k)))?;
         let blocks = block.map_or(f64::INFINITY, |length| y.len() as f64 / length as f64);
         let known = Known::new(&probes, blocks);
-        let resamples = rounds.run(self.resamples, 1, |k| world.resample(&sample, seed_of(self.seed, k)))?;
+        let resamples = rounds.run(self.resamples, 1, |k| {
+            resampler.resample(&sample, seed_of(self.seed, k))
+        })?;
         let deviation = |(v, m): (&f64, &f64)| known.widening * (v - m);
         let of_resample = |values: &Vec<f64>| values.iter().zip(&original.at).map(deviation).collect();
         let deviations: Vec<Vec<f64>> = resamples.iter().map(of_resample).collect();

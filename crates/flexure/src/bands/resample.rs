@@ -56,8 +56,8 @@ impl Sample<'_> {
     }
 }
 
-/// The world that the resamples are drawn from.
-pub(super) struct World<'a> {
+/// What the resamples are drawn from.
+pub(super) struct Resampler<'a> {
     pub fitted: &'a [f64],
     pub residuals: &'a [f64],
     pub y: &'a [f64],
@@ -67,7 +67,7 @@ pub(super) struct World<'a> {
     pub block: Option<usize>,
 }
 
-impl World<'_> {
+impl Resampler<'_> {
     /// The corrected estimate from one resample, at the band's points.
     pub fn resample(&self, sample: &Sample<'_>, seed: u64) -> Result<Vec<f64>> {
         let values = match self.scheme {

@@ -48,8 +48,8 @@ impl InverseMotion {
 /// What the links ask of their joints, `M q'' + C q' + f(q')`, N m.
 pub fn link_torque(arm: &Arm, q: &[Jet; 2]) -> [Jet; 2] {
     let inertial = inertial_torque(arm, q);
-    let rubbing = arm.friction();
-    [0, 1].map(|i| inertial[i] + friction(&rubbing[i], q[i].rate()))
+    let joint_friction = arm.friction();
+    [0, 1].map(|i| inertial[i] + friction(&joint_friction[i], q[i].rate()))
 }
 
 /// Friction that reverses no faster than `SLOWEST_REVERSAL` in this motion.
@@ -96,10 +96,10 @@ pub fn inverse_motion(arm: &Arm, q: [Jet; 2]) -> Option<InverseMotion> {
         let [j1, j2] = if geared { rotor } else { [0.0; 2] };
         let s = if geared { coupling } else { 0.0 };
         let a = q.map(|q| q.acceleration());
-        let rubbing = arm.motor_friction();
+        let motor_friction = arm.motor_friction();
         let torque = [
-            shoulder + a[0] * j1 + a[1] * s + friction(&rubbing[0], q[0].rate()),
-            elbow + a[1] * j2 + a[0] * s + friction(&rubbing[1], q[1].rate()),
+            shoulder + a[0] * j1 + a[1] * s + friction(&motor_friction[0], q[0].rate()),
+            elbow + a[1] * j2 + a[0] * s + friction(&motor_friction[1], q[1].rate()),
         ];
         return Some(InverseMotion {
             q,
@@ -111,13 +111,14 @@ pub fn inverse_motion(arm: &Arm, q: [Jet; 2]) -> Option<InverseMotion> {
     qm[1] = q[1] + deflection(&second, elbow)?;
     let mut carried = shoulder;
     if coupling != 0.0 {
-        let rubbing = friction(&slowed(&arm.friction()[1], q[1]), q[1].rate());
-        let slow = q[1] + deflection(&second, inertial_torque(arm, &q)[1] + rubbing)?;
+        let joint_friction = friction(&slowed(&arm.friction()[1], q[1]), q[1].rate());
+        let slow = q[1] + deflection(&second, inertial_torque(arm, &q)[1] + joint_friction)?;
         carried = carried + slow.acceleration() * coupling;
     }
     qm[0] = q[0] + deflection(&first, carried)?;
-    let rubbing = arm.motor_friction();
-    let motor = |i: usize, load: Jet| qm[i].acceleration() * rotor[i] + load + friction(&rubbing[i], qm[i].rate());
+    let motor_friction = arm.motor_friction();
+    let motor =
+        |i: usize, load: Jet| qm[i].acceleration() * rotor[i] + load + friction(&motor_friction[i], qm[i].rate());
     let torque = [motor(0, carried), motor(1, elbow + q[0].acceleration() * coupling)];
     Some(InverseMotion {
         q,

@@ -67,9 +67,9 @@ pub(super) const COUNTS: f64 = 0.1;
 pub(super) const FEEDBACK: f64 = 0.3;
 
 /// Share of its variance that a column may differ by from the integral of its derivative. Convention: a tenth of its standard deviation.
-pub(super) const KIN: f64 = 0.01;
+pub(super) const DERIVATIVE_LEFT: f64 = 0.01;
 /// Relative deviation of the factor of a derivative from 1. Convention: units agree or differ by far more.
-pub(super) const KIN_FACTOR: f64 = 0.05;
+pub(super) const DERIVATIVE_FACTOR: f64 = 0.05;
 /// Share of the variance that a column which is another times a factor leaves. Convention: a hundredth of its standard deviation.
 pub(super) const SAME: f64 = 1e-4;
 

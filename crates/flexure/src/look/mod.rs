@@ -8,7 +8,7 @@
 //! | `clock.rs` | the step of the instants, its jitter, gaps |
 //! | `dependence.rs`, `coherence.rs` | which column follows which, with what delay, and how much of its power |
 //! | `integration.rs` | whether a column integrates another, as a position integrates a force |
-//! | `kinship.rs` | derivatives and multiples of other columns |
+//! | `relations.rs` | derivatives and multiples of other columns |
 //! | `limits.rs` | every threshold |
 //!
 //! ```
@@ -29,9 +29,9 @@ mod coherence;
 mod column;
 mod dependence;
 mod integration;
-mod kinship;
 mod limits;
 mod quantisation;
+mod relations;
 mod spectrum;
 #[cfg(test)]
 mod tests;
@@ -40,8 +40,8 @@ pub use clock::{Clock, Gap};
 pub use column::{Column, Stop};
 pub use dependence::{Correlations, Dependence, Direction, Kind};
 pub use integration::{IntegratedOutput, integrated_output};
-pub use kinship::{Kinship, Relation};
 pub use quantisation::Quantisation;
+pub use relations::{ColumnRelation, Relation};
 pub use spectrum::Spectrum;
 
 use crate::error::Result;
@@ -63,7 +63,7 @@ pub struct Look {
     /// The pairs of columns of which the second integrates the first, and where that was seen.
     pub integrations: Vec<Integration>,
     /// Columns that are made of others.
-    pub kinships: Vec<Kinship>,
+    pub relations: Vec<ColumnRelation>,
 }
 
 /// A column that integrates another.
@@ -105,7 +105,7 @@ pub fn look(record: &Record, time: Option<&str>, sample_time: Option<f64>) -> Re
     crate::interrupt::check()?;
     let part = dependence::stretch(record.len(), signals.len());
     let parts: Vec<(usize, &[f64])> = signals.iter().map(|(i, s)| (*i, &s[part.clone()])).collect();
-    let kinships = kinship::kinships(&parts, sample_time);
+    let relations = relations::relations(&parts, sample_time);
     crate::interrupt::check()?;
     let pairs: Vec<(usize, usize)> = (0..signals.len())
         .flat_map(|i| (0..signals.len()).filter(move |j| *j != i).map(move |j| (i, j)))
@@ -121,6 +121,6 @@ pub fn look(record: &Record, time: Option<&str>, sample_time: Option<f64>) -> Re
         clock,
         dependences,
         integrations: integrations.into_iter().flatten().collect(),
-        kinships,
+        relations,
     })
 }

@@ -50,8 +50,8 @@ impl Arm {
             elastic[0] - inertial[0] - friction[0],
             elastic[1] - inertial[1] - friction[1],
         ];
-        let rubbing = self.motor_friction_torques([x[6], x[7]]);
-        let drive = [0, 1].map(|i| tau[i] - elastic[i] - rubbing[i]);
+        let motor_friction = self.motor_friction_torques([x[6], x[7]]);
+        let drive = [0, 1].map(|i| tau[i] - elastic[i] - motor_friction[i]);
         if self.free[1] && self.coupling != 0.0 {
             r[0] -= drive[1];
         }
@@ -71,10 +71,10 @@ impl Arm {
     pub fn rigid_derivative(&self, x: &[f64; 4], tau: [f64; 2]) -> [f64; 4] {
         let dq = [x[2], x[3]];
         let friction = self.joint_torques([0.0; 2], dq).friction;
-        let rubbing = self.motor_friction_torques(dq);
+        let motor_friction = self.motor_friction_torques(dq);
         let (sin, cos) = x[1].sin_cos();
         let inertial = self.coriolis_torque(sin, dq);
-        let r = [0, 1].map(|i| tau[i] - inertial[i] - friction[i] - rubbing[i]);
+        let r = [0, 1].map(|i| tau[i] - inertial[i] - friction[i] - motor_friction[i]);
         let a = self.solve_free(self.mass_terms(cos), r);
         [x[2], x[3], a[0], a[1]]
     }
@@ -99,10 +99,10 @@ impl Arm {
     /// the links move with the velocities `v` and the accelerations `a`.
     pub fn holding_torque(&self, a: [f64; 2], v: [f64; 2], d: [f64; 2]) -> [f64; 2] {
         let [first, second] = self.stiffness;
-        let rubbing = self.motor_friction_torques(v);
+        let motor_friction = self.motor_friction_torques(v);
         [
-            self.motor[0] * a[0] + rubbing[0] + first.torque(d[0]),
-            self.coupling * a[0] + self.motor[1] * a[1] + rubbing[1] + second.torque(d[1]),
+            self.motor[0] * a[0] + motor_friction[0] + first.torque(d[0]),
+            self.coupling * a[0] + self.motor[1] * a[1] + motor_friction[1] + second.torque(d[1]),
         ]
     }
 

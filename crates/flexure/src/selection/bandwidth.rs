@@ -7,7 +7,7 @@
 
 use super::grid::{BandwidthScores, Grid, lowest, scored};
 use crate::error::{Error, Result};
-use crate::nonlinearity::kernel::{Degree, Kernel, Pyramid, Sorted, check_points, check_weights, leave_one_out};
+use crate::nonlinearity::kernel::{BinnedScales, Degree, Kernel, Sorted, check_points, check_weights, leave_one_out};
 
 /// Bandwidths of the logarithmic grid for binned scores, which cost little.
 const BINNED_GRID: usize = 50;
@@ -191,8 +191,8 @@ impl LeaveOneOut {
     /// The search on data in bins, and the exact scores around its result.
     fn binned_search(&self, data: &Sorted, bins: f64) -> BandwidthSearch {
         let grid = Grid::new(&data.x);
-        let pyramid = Pyramid::new(data, grid.smallest, grid.largest, bins);
-        let binned = |bandwidths: &[f64]| pyramid.scores(self.kernel, self.degree, bandwidths);
+        let scales = BinnedScales::new(data, grid.smallest, grid.largest, bins);
+        let binned = |bandwidths: &[f64]| scales.scores(self.kernel, self.degree, bandwidths);
         let BandwidthScores { scores: curve, at_edge } = grid.curve(BINNED_GRID, binned);
         let best = lowest(&curve);
         let (mut first, mut end) = (best.saturating_sub(1), curve.len().min(best + 2));
@@ -224,7 +224,7 @@ impl LeaveOneOut {
             bandwidth: exact[lowest(&exact)].bandwidth,
             at_edge,
             binning: Some(Binning {
-                narrowest: pyramid.narrowest(),
+                narrowest: scales.narrowest(),
                 error: errors.fold(0.0, f64::max),
                 exact,
             }),

@@ -202,8 +202,8 @@ fn given_bandwidths_are_scored_in_their_order_and_checked() {
 fn binned_scores(method: LeaveOneOut, x: &[f64], y: &[f64], bandwidths: &[f64]) -> Vec<Score> {
     let smallest = bandwidths.iter().copied().fold(f64::INFINITY, f64::min);
     let largest = bandwidths.iter().copied().fold(0.0, f64::max);
-    let pyramid = Pyramid::new(&Sorted::new(x, y, None), smallest, largest, method.bins());
-    scored(bandwidths, pyramid.scores(method.kernel, method.degree, bandwidths))
+    let scales = BinnedScales::new(&Sorted::new(x, y, None), smallest, largest, method.bins());
+    scored(bandwidths, scales.scores(method.kernel, method.degree, bandwidths))
 }
 
 #[test]

@@ -40,7 +40,7 @@ mod system;
 mod units;
 
 pub(super) use {
-    approximation::{approximate, restructured},
+    approximation::{Approximation, approximate, restructured},
     candidate::{Candidate, Tried},
     cascade::{fit_nonlinearity, search, splits, without_start},
     delay::{delays, least_lag, linear_delays},
@@ -56,7 +56,7 @@ pub(super) use {
     prepared::Prepared,
     rank_one::dominant_products,
     rational::Rational,
-    restart::survivor,
+    restart::robust_to_restart,
     search::SearchResult,
     signals::{Scale, Signals, convolved, delayed, standardised},
     spline::{Kink, KinkedSpline, Roughness, Tangent, thinned},

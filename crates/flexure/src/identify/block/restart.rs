@@ -12,7 +12,7 @@ use super::signals::Signals;
 
 /// `last`, whose mean squared error on its record is `usual`, or the simplest of `others` that survives where it does not.
 /// `restarted` is the mean squared error from another start. The output's variance is 1.
-pub(in crate::identify) fn survivor<C>(
+pub(in crate::identify) fn robust_to_restart<C>(
     last: C,
     usual: f64,
     others: Vec<C>,
@@ -42,7 +42,7 @@ impl Search<'_, '_> {
         others.retain(|c| c.system.degrees() < last.system.degrees());
         let usual = last.squares / data.counted() as f64;
         let degrees = |c: &Candidate| c.system.degrees();
-        survivor(last, usual, others, degrees, |c| {
+        robust_to_restart(last, usual, others, degrees, |c| {
             data.squares(&c.system.run_settled(&data.u)) / data.counted() as f64
         })
     }
@@ -56,7 +56,7 @@ mod tests {
     fn chosen(own: f64, usual: f64, others: &[(usize, f64)]) -> usize {
         let all: Vec<usize> = others.iter().map(|(n, _)| *n).collect();
         let restarted = |n: &usize| others.iter().find(|(m, _)| m == n).map_or(own, |(_, error)| *error);
-        survivor(100, usual, all, |n| *n, restarted)
+        robust_to_restart(100, usual, all, |n| *n, restarted)
     }
 
     #[test]

@@ -14,7 +14,7 @@
 //! basis of these directions at the start, and the initial states.
 
 use super::limits::NEGLIGIBLE;
-use super::system::{Entering, Loop, Observed, Sample, dot};
+use super::system::{Entering, Layout, Loop, Observed, Sample, dot};
 use crate::identify::block::Residuals;
 use crate::linalg;
 use crate::linear::levenberg_marquardt::Linearisation;
@@ -44,7 +44,7 @@ impl<'a> LoopError<'a> {
     /// The problem near a loop.
     pub fn new(at: Loop, data: &'a Observed) -> Self {
         LoopError {
-            basis: essential(&at),
+            basis: identifiable_directions(&at),
             base: at.parameters(),
             at,
             data,
@@ -78,11 +78,11 @@ impl<'a> LoopError<'a> {
     }
 }
 
-/// An orthonormal basis of the directions that change the system.
-fn essential(at: &Loop) -> Basis {
+/// An orthonormal basis of the directions that change the system: those orthogonal to all redundant ones.
+fn identifiable_directions(at: &Loop) -> Basis {
     let count = at.count();
     let mut sum = vec![0.0; count * count];
-    for direction in redundant(at) {
+    for direction in redundant_directions(at) {
         let size = dot(&direction, &direction);
         if size > 0.0 {
             for (i, d) in direction.iter().enumerate().filter(|(_, d)| **d != 0.0) {
@@ -110,10 +110,10 @@ fn essential(at: &Loop) -> Basis {
     }
 }
 
-/// Directions that leave the output as it is, to first order, or that a convention forbids.
-fn redundant(at: &Loop) -> Vec<Vec<f64>> {
+/// Directions that leave the output as it is, to first order, or that a convention forbids: the other ways to write the same system.
+fn redundant_directions(at: &Loop) -> Vec<Vec<f64>> {
     let mut all = changes_of_state(at);
-    all.extend([scale_of_w(at), moved_slope(at), level_of_f(at)]);
+    all.extend([scale_of_w(at), moved_slope(at), level(at)]);
     match at.entering {
         Entering::Hidden => all.push(scale_of_z(at)),
         Entering::Output => all.extend(ties_to_the_output(at)),
@@ -142,6 +142,7 @@ fn changes_of_state(at: &Loop) -> Vec<Vec<f64>> {
         .collect()
 }
 
+/// f, and so w, in another unit; what w drives makes up for it.
 fn scale_of_w(at: &Loop) -> Vec<f64> {
     let (l, mut d) = (at.layout(), vec![0.0; at.count()]);
     (0..at.order()).for_each(|i| d[l.bw(i)] = at.bw[i]);
@@ -167,12 +168,14 @@ fn moved_slope(at: &Loop) -> Vec<f64> {
     d
 }
 
-fn level_of_f(at: &Loop) -> Vec<f64> {
+/// A constant that moves between f and the offset.
+fn level(at: &Loop) -> Vec<f64> {
     let (l, mut d) = (at.layout(), vec![0.0; at.count()]);
     (0..at.spline.c.len()).for_each(|j| d[l.spline() + j] = 1.0);
     d
 }
 
+/// The hidden z in another unit.
 fn scale_of_z(at: &Loop) -> Vec<f64> {
     let (l, mut d) = (at.layout(), vec![0.0; at.count()]);
     (0..at.order()).for_each(|i| d[l.cz(i)] = at.cz[i]);
@@ -215,24 +218,17 @@ impl Residuals for LoopError<'_> {
 
     fn residuals(&self, p: &[f64]) -> Option<Vec<f64>> {
         let mut residuals = Vec::with_capacity(self.data.y.len());
-        let report = |k: usize, y: f64| if self.data.missing[k] { 0.0 } else { y - self.data.y[k] };
-        let ran = self.with(p).run(self.data, |s| residuals.push(report(s.k, s.y)));
-        ran.then_some(residuals)
+        let residual = |k: usize, y: f64| if self.data.missing[k] { 0.0 } else { y - self.data.y[k] };
+        let ended = self.with(p).run(self.data, |s| residuals.push(residual(s.k, s.y)));
+        ended.then_some(residuals)
     }
 
     fn linearise(&self, p: &[f64]) -> Linearisation {
         let system = self.with(p);
-        let (n, m, l) = (system.order(), self.basis.directions, system.layout());
-        let columns = m + n * system.initial.len();
+        let mut derivatives = Derivatives::new(&system, &self.basis);
         let samples = self.data.y.len();
-        let mut jacobian: Vec<Vec<f64>> = (0..columns).map(|_| vec![0.0; samples]).collect();
+        let mut jacobian = vec![vec![0.0; samples]; derivatives.dy.len()];
         let mut residuals = vec![0.0; samples];
-        // The derivatives of the state, a row a state; of z, w, y; and of the next state.
-        let mut dx = vec![0.0; n * columns];
-        let mut next = vec![0.0; n * columns];
-        let [mut dz, mut dw, mut dy] = [(); 3].map(|()| vec![0.0; columns]);
-        let row = |parameter: usize| self.basis.row(parameter);
-        let (splines, spline) = (l.spline(), &system.spline);
         widest(
             #[inline(always)]
             || {
@@ -240,59 +236,140 @@ impl Residuals for LoopError<'_> {
                     self.data,
                     #[inline(always)]
                     |s: Sample<'_>| {
-                        let u = self.data.u[s.k];
-                        if let Some(experiment) = self.data.starting_at(s.k) {
-                            dx.fill(0.0);
-                            (0..n).for_each(|i| dx[i * columns + m + experiment * n + i] = 1.0);
+                        let (k, u) = (s.k, self.data.u[s.k]);
+                        if let Some(experiment) = self.data.starting_at(k) {
+                            derivatives.start(experiment);
                         }
-                        let of = |i: usize| i * columns..(i + 1) * columns;
-                        dz.fill(0.0);
-                        for i in 0..n {
-                            add(&mut dz, system.cz[i], &dx[of(i)]);
-                            add(&mut dz[..m], s.x[i], row(l.cz(i)));
+                        derivatives.set_dz(&s, u);
+                        derivatives.set_dw(&s);
+                        if !self.data.missing[k] {
+                            residuals[k] = s.y - self.data.y[k];
+                            derivatives.set_dy(&s, u);
+                            jacobian
+                                .iter_mut()
+                                .zip(&derivatives.dy)
+                                .for_each(|(column, y)| column[k] = *y);
                         }
-                        add(&mut dz[..m], u, row(l.dzu()));
-                        let local = spline.local(s.z);
-                        let slope = spline.tangent(s.z, &local).slope;
-                        dw.iter_mut().zip(&dz).for_each(|(w, z)| *w = slope * z);
-                        for (j, value) in local.at.values.iter().enumerate() {
-                            add(&mut dw[..m], *value, row(splines + local.at.first + j));
-                        }
-                        let kinks = splines + spline.c.len();
-                        for (j, kink) in spline.kinks.iter().enumerate().filter(|(_, kink)| s.z > kink.at) {
-                            add(&mut dw[..m], -kink.bend, row(kinks + 2 * j));
-                            add(&mut dw[..m], s.z - kink.at, row(kinks + 2 * j + 1));
-                        }
-                        if !self.data.missing[s.k] {
-                            residuals[s.k] = s.y - self.data.y[s.k];
-                            dy.iter_mut().zip(&dw).for_each(|(y, w)| *y = system.dyw * w);
-                            for i in 0..n {
-                                add(&mut dy, system.cy[i], &dx[of(i)]);
-                                add(&mut dy[..m], s.x[i], row(l.cy(i)));
-                            }
-                            add(&mut dy[..m], u, row(l.dyu()));
-                            add(&mut dy[..m], s.w, row(l.dyw()));
-                            add(&mut dy[..m], 1.0, row(l.offset()));
-                            jacobian.iter_mut().zip(&dy).for_each(|(column, y)| column[s.k] = *y);
-                        }
-                        for i in 0..n {
-                            let to = &mut next[of(i)];
-                            to.iter_mut().zip(&dw).for_each(|(t, w)| *t = system.bw[i] * w);
-                            for j in 0..n {
-                                add(to, system.a[i * n + j], &dx[of(j)]);
-                                add(&mut to[..m], s.x[j], row(l.a(i, j)));
-                            }
-                            add(&mut to[..m], u, row(l.bu(i)));
-                            add(&mut to[..m], s.w, row(l.bw(i)));
-                            if !self.data.missing[s.k] && system.correction[i] != 0.0 {
-                                add(to, -system.correction[i], &dy);
-                            }
-                        }
-                        std::mem::swap(&mut dx, &mut next);
+                        derivatives.step(&s, u, !self.data.missing[k]);
                     },
                 )
             },
         );
         Linearisation { residuals, jacobian }
+    }
+}
+
+/// The derivatives by all parameters at one sample: by the directions of the basis, then by the initial states.
+struct Derivatives<'a> {
+    system: &'a Loop,
+    basis: &'a Basis,
+    layout: Layout,
+    /// Of the state, a row a state.
+    dx: Vec<f64>,
+    /// Of the next state.
+    next: Vec<f64>,
+    dz: Vec<f64>,
+    dw: Vec<f64>,
+    dy: Vec<f64>,
+}
+
+impl<'a> Derivatives<'a> {
+    fn new(system: &'a Loop, basis: &'a Basis) -> Self {
+        let columns = basis.directions + system.order() * system.initial.len();
+        let [dx, next] = [(); 2].map(|()| vec![0.0; system.order() * columns]);
+        let [dz, dw, dy] = [(); 3].map(|()| vec![0.0; columns]);
+        let layout = system.layout();
+        Derivatives {
+            system,
+            basis,
+            layout,
+            dx,
+            next,
+            dz,
+            dw,
+            dy,
+        }
+    }
+
+    /// An experiment begins: its initial state is its state.
+    fn start(&mut self, experiment: usize) {
+        let (n, columns) = (self.system.order(), self.dz.len());
+        self.dx.fill(0.0);
+        let first = self.basis.directions + experiment * n;
+        (0..n).for_each(|i| self.dx[i * columns + first + i] = 1.0);
+    }
+
+    /// dz = Cz dx + (dCz x + dDzu u).
+    #[inline(always)]
+    fn set_dz(&mut self, s: &Sample<'_>, u: f64) {
+        let (m, l, columns) = (self.basis.directions, self.layout, self.dz.len());
+        self.dz.fill(0.0);
+        for (i, x) in s.x.iter().enumerate() {
+            add(
+                &mut self.dz,
+                self.system.cz[i],
+                &self.dx[i * columns..(i + 1) * columns],
+            );
+            add(&mut self.dz[..m], *x, self.basis.row(l.cz(i)));
+        }
+        add(&mut self.dz[..m], u, self.basis.row(l.dzu()));
+    }
+
+    /// dw = f'(z) dz + (df)(z).
+    #[inline(always)]
+    fn set_dw(&mut self, s: &Sample<'_>) {
+        let (m, spline) = (self.basis.directions, &self.system.spline);
+        let local = spline.local(s.z);
+        let slope = spline.tangent(s.z, &local).slope;
+        self.dw.iter_mut().zip(&self.dz).for_each(|(w, z)| *w = slope * z);
+        let first = self.layout.spline();
+        for (j, value) in local.at.values.iter().enumerate() {
+            add(&mut self.dw[..m], *value, self.basis.row(first + local.at.first + j));
+        }
+        let kinks = first + spline.c.len();
+        for (j, kink) in spline.kinks.iter().enumerate().filter(|(_, kink)| s.z > kink.at) {
+            add(&mut self.dw[..m], -kink.bend, self.basis.row(kinks + 2 * j));
+            add(&mut self.dw[..m], s.z - kink.at, self.basis.row(kinks + 2 * j + 1));
+        }
+    }
+
+    /// dy = Cy dx + Dyw dw + (dCy x + dDyu u + dDyw w + do).
+    #[inline(always)]
+    fn set_dy(&mut self, s: &Sample<'_>, u: f64) {
+        let (m, l, columns) = (self.basis.directions, self.layout, self.dz.len());
+        let direct = self.system.dyw;
+        self.dy.iter_mut().zip(&self.dw).for_each(|(y, w)| *y = direct * w);
+        for (i, x) in s.x.iter().enumerate() {
+            add(
+                &mut self.dy,
+                self.system.cy[i],
+                &self.dx[i * columns..(i + 1) * columns],
+            );
+            add(&mut self.dy[..m], *x, self.basis.row(l.cy(i)));
+        }
+        add(&mut self.dy[..m], u, self.basis.row(l.dyu()));
+        add(&mut self.dy[..m], s.w, self.basis.row(l.dyw()));
+        add(&mut self.dy[..m], 1.0, self.basis.row(l.offset()));
+    }
+
+    /// dx' = A dx + Bw dw + (dA x + dBu u + dBw w), less K dy where the output was `measured`.
+    #[inline(always)]
+    fn step(&mut self, s: &Sample<'_>, u: f64, measured: bool) {
+        let (n, m, l, columns) = (s.x.len(), self.basis.directions, self.layout, self.dz.len());
+        let system = self.system;
+        for i in 0..n {
+            let to = &mut self.next[i * columns..(i + 1) * columns];
+            to.iter_mut().zip(&self.dw).for_each(|(t, w)| *t = system.bw[i] * w);
+            for (j, x) in s.x.iter().enumerate() {
+                add(to, system.a[i * n + j], &self.dx[j * columns..(j + 1) * columns]);
+                add(&mut to[..m], *x, self.basis.row(l.a(i, j)));
+            }
+            add(&mut to[..m], u, self.basis.row(l.bu(i)));
+            add(&mut to[..m], s.w, self.basis.row(l.bw(i)));
+            if measured && system.correction[i] != 0.0 {
+                add(to, -system.correction[i], &self.dy);
+            }
+        }
+        std::mem::swap(&mut self.dx, &mut self.next);
     }
 }

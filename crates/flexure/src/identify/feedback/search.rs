@@ -8,8 +8,8 @@ use super::loss::LoopError;
 use super::starts::{guesses, start};
 use super::system::{Entering, Loop, Observed};
 use crate::identify::block::{
-    EVEN, KINK_EVIDENCE, KINK_PLACES, Kink, KinkedSpline, Monitor, Residuals, Roughness, Signals, Stage, StopRule,
-    approximate, descend, least_squares, survivor, thinned,
+    Approximation, EVEN, KINK_EVIDENCE, KINK_PLACES, Kink, KinkedSpline, Monitor, Residuals, Roughness, Signals, Stage,
+    StopRule, approximate, descend, least_squares, robust_to_restart, thinned,
 };
 use crate::identify::result::{Value, Values};
 use crate::sort;
@@ -84,9 +84,45 @@ impl Search<'_, '_> {
         let signals = Signals::of_input(few.u.clone(), few.y.clone(), (few.y.len() / 10).min(500));
         let largest = LARGEST_ORDER.min(few.y.len() / 40).max(1);
         let linear: Vec<_> = (1..=largest).map(|n| approximate(&signals, n, self.monitor)).collect();
+        let started = self.best_starts(&few, &linear);
+        let medium = self.data.head(STRUCTURE_SAMPLES);
+        let mut judge = Judge {
+            data: &medium,
+            dependence: 1.0,
+        };
+        let refined: Vec<_> = started.into_iter().map(|c| self.refine(c, &judge)).collect();
+        let best = refined.into_iter().filter(|c| c.squares.is_finite());
+        let mut best = best.min_by(|a, b| judge.bic(a).total_cmp(&judge.bic(b)))?;
+        self.monitor.stage = Stage::Structure;
+        judge.set_dependence(&best);
+        best = self.choose_pieces(best, &judge);
+        best = self.try_hidden(best, &judge);
+        best = self.add_kinks(best, &judge);
+        self.monitor.stage = Stage::Refinement;
+        let mut judge = Judge {
+            data: self.data,
+            dependence: 1.0,
+        };
+        best = self.fit_and_list(best, self.data, TRIAL);
+        judge.set_dependence(&best);
+        best = self.try_hidden(best, &judge);
+        let last = self.fit_and_list(best.clone(), self.data, LAST);
+        best = if last.squares.is_finite() { last } else { best };
+        best = self.one_that_restarts(best);
+        let errors = linear.iter().flatten();
+        Some(LoopSearchResult {
+            approximations: errors.map(|a| (a.squares / signals.counted() as f64).sqrt()).collect(),
+            dependence: judge.dependence,
+            best,
+            tried: self.tried,
+        })
+    }
+
+    /// The best start of each order, until larger orders are worse; the best of these, best first.
+    fn best_starts(&mut self, few: &Observed, linear: &[Option<Approximation>]) -> Vec<LoopCandidate> {
         self.monitor.stage = Stage::Screening;
         let judge = Judge {
-            data: &few,
+            data: few,
             dependence: 1.0,
         };
         let (mut all, mut least, mut worse): (Vec<LoopCandidate>, _, _) = (Vec::new(), f64::INFINITY, 0);
@@ -95,7 +131,7 @@ impl Search<'_, '_> {
                 break;
             }
             let Some(linear) = linear else { continue };
-            let found = self.starts(&few, &linear.system, i + 1);
+            let found = self.starts(few, &linear.system, i + 1);
             let best = found.into_iter().min_by(|a, b| judge.bic(a).total_cmp(&judge.bic(b)));
             let score = best.as_ref().map_or(f64::INFINITY, |c| judge.bic(c));
             (least, worse) = if score < least { (score, 0) } else { (least, worse + 1) };
@@ -103,46 +139,17 @@ impl Search<'_, '_> {
         }
         sort::by_key(&mut all, |c| judge.bic(c));
         all.truncate(KEPT);
-        let medium = self.data.head(STRUCTURE_SAMPLES);
-        let mut refined: Vec<LoopCandidate> = Vec::new();
-        let mut judge = Judge {
-            data: &medium,
-            dependence: 1.0,
-        };
-        for c in all {
-            let c = self.listed(c, &medium, TRIAL);
-            let finer = self.with_pieces(&c, KEPT_PIECES, &judge, None);
-            let finer = finer
-                .map(|c| self.listed(c, &medium, TRIAL))
-                .filter(|f| judge.better(f, &c));
-            let c = finer.unwrap_or(c);
-            refined.push(self.freed(c, &judge));
-        }
-        let best = refined.into_iter().filter(|c| c.squares.is_finite());
-        let mut best = best.min_by(|a, b| judge.bic(a).total_cmp(&judge.bic(b)))?;
-        self.monitor.stage = Stage::Structure;
-        judge.set_dependence(&best);
-        best = self.pieces(best, &judge);
-        best = self.freed(best, &judge);
-        best = self.kinked(best, &judge);
-        self.monitor.stage = Stage::Refinement;
-        let mut judge = Judge {
-            data: self.data,
-            dependence: 1.0,
-        };
-        best = self.listed(best, self.data, TRIAL);
-        judge.set_dependence(&best);
-        best = self.freed(best, &judge);
-        let last = self.listed(best.clone(), self.data, LAST);
-        best = if last.squares.is_finite() { last } else { best };
-        best = self.surviving(best);
-        let errors = linear.iter().flatten();
-        Some(LoopSearchResult {
-            approximations: errors.map(|a| (a.squares / signals.counted() as f64).sqrt()).collect(),
-            dependence: judge.dependence,
-            best,
-            tried: self.tried,
-        })
+        all
+    }
+
+    /// Fitted to more samples, with more pieces and with a hidden signal where that is better.
+    fn refine(&mut self, c: LoopCandidate, judge: &Judge<'_>) -> LoopCandidate {
+        let c = self.fit_and_list(c, judge.data, TRIAL);
+        let finer = self.with_pieces(&c, KEPT_PIECES, judge, None);
+        let finer = finer
+            .map(|c| self.fit_and_list(c, judge.data, TRIAL))
+            .filter(|f| judge.better(f, &c));
+        self.try_hidden(finer.unwrap_or(c), judge)
     }
 
     /// The best starts of an order, fitted.
@@ -167,26 +174,26 @@ impl Search<'_, '_> {
             system: s.system,
             origin,
         });
-        let fitted = candidates.map(|c| self.released(c, few));
+        let fitted = candidates.map(|c| self.fit_with_less_correction(c, few));
         fitted.filter(|c| c.squares.is_finite()).collect()
     }
 
     /// Fitted with less and less correction of the state, in the end with none.
-    fn released(&mut self, mut c: LoopCandidate, data: &Observed) -> LoopCandidate {
+    fn fit_with_less_correction(&mut self, mut c: LoopCandidate, data: &Observed) -> LoopCandidate {
         c.system = c.system.corrected(CORRECTIONS[0]);
         for pair in CORRECTIONS.windows(2) {
-            let next = self.fitted(c.clone(), data, CORRECTED);
+            let next = self.fit(c.clone(), data, CORRECTED);
             if next.squares.is_finite() {
                 c = next;
             }
             c.system = c.system.corrected(pair[1] / pair[0]);
         }
-        self.listed(c, data, ROUGH)
+        self.fit_and_list(c, data, ROUGH)
     }
 
     /// All parameters fitted from where they are; on the list.
-    fn listed(&mut self, c: LoopCandidate, data: &Observed, rule: StopRule) -> LoopCandidate {
-        let mut next = self.fitted(c, data, rule);
+    fn fit_and_list(&mut self, c: LoopCandidate, data: &Observed, rule: StopRule) -> LoopCandidate {
+        let mut next = self.fit(c, data, rule);
         if !next.system.squares(self.whole).is_finite() {
             next.squares = f64::INFINITY;
         } else {
@@ -205,13 +212,13 @@ impl Search<'_, '_> {
     }
 
     /// The best candidate, or the simplest of those tried that survives a restart in the middle of the record where it does not.
-    fn surviving(&self, best: LoopCandidate) -> LoopCandidate {
+    fn one_that_restarts(&self, best: LoopCandidate) -> LoopCandidate {
         let data = self.data;
         let restarted = data.restarted();
         let usual = best.squares / data.counted() as f64;
         let simpler = |c: &&LoopCandidate| c.degrees < best.degrees;
         let others: Vec<LoopCandidate> = self.seen.iter().filter(simpler).cloned().collect();
-        survivor(
+        robust_to_restart(
             best,
             usual,
             others,
@@ -220,7 +227,7 @@ impl Search<'_, '_> {
         )
     }
 
-    fn fitted(&mut self, mut c: LoopCandidate, data: &Observed, rule: StopRule) -> LoopCandidate {
+    fn fit(&mut self, mut c: LoopCandidate, data: &Observed, rule: StopRule) -> LoopCandidate {
         c.squares = c.system.squares(data);
         let restarts = if rule.steps == LAST.steps { RESTARTS } else { 1 };
         for _ in 0..restarts {
@@ -244,10 +251,10 @@ impl Search<'_, '_> {
     }
 
     /// Other numbers of pieces, while Schwarz's criterion falls.
-    fn pieces(&mut self, mut best: LoopCandidate, judge: &Judge<'_>) -> LoopCandidate {
+    fn choose_pieces(&mut self, mut best: LoopCandidate, judge: &Judge<'_>) -> LoopCandidate {
         let fine = self
             .with_pieces(&best, FINE_PIECES, judge, None)
-            .map(|c| self.fitted(c, judge.data, ROUGH));
+            .map(|c| self.fit(c, judge.data, ROUGH));
         let fine = fine.filter(|c| c.squares.is_finite()).map(|c| c.system.spline);
         let present = best.system.spline.pieces();
         let more = PIECES.iter().filter(|p| **p > present);
@@ -259,11 +266,11 @@ impl Search<'_, '_> {
                     break;
                 }
                 let mut improved = false;
-                for rough in [None, fine.as_ref()] {
-                    let Some(next) = self.with_pieces(&best, *pieces, judge, rough) else {
+                for shape in [None, fine.as_ref()] {
+                    let Some(next) = self.with_pieces(&best, *pieces, judge, shape) else {
                         continue;
                     };
-                    let next = self.listed(next, judge.data, TRIAL);
+                    let next = self.fit_and_list(next, judge.data, TRIAL);
                     if judge.better(&next, &best) {
                         (best, improved) = (next, true);
                     }
@@ -317,27 +324,27 @@ impl Search<'_, '_> {
     }
 
     /// With a signal of its own entering the nonlinearity, if that lowers Schwarz's criterion.
-    fn freed(&mut self, best: LoopCandidate, judge: &Judge<'_>) -> LoopCandidate {
+    fn try_hidden(&mut self, best: LoopCandidate, judge: &Judge<'_>) -> LoopCandidate {
         if best.system.entering == Entering::Hidden {
             return best;
         }
         let mut free = best.clone();
         free.system.entering = Entering::Hidden;
-        let free = self.listed(free, judge.data, TRIAL);
+        let free = self.fit_and_list(free, judge.data, TRIAL);
         if judge.better(&free, &best) { free } else { best }
     }
 
     /// Kinks, one after the other, on very strong evidence.
-    fn kinked(&mut self, best: LoopCandidate, judge: &Judge<'_>) -> LoopCandidate {
+    fn add_kinks(&mut self, best: LoopCandidate, judge: &Judge<'_>) -> LoopCandidate {
         let mut kinked: Option<LoopCandidate> = None;
         for pieces in [1, 3] {
             let Some(start) = self.with_pieces(&best, pieces, judge, None) else {
                 continue;
             };
-            let mut present = self.listed(start, judge.data, ROUGH);
+            let mut present = self.fit_and_list(start, judge.data, ROUGH);
             while present.system.spline.kinks.len() < MOST_KINKS && self.monitor.keep_on() {
                 let Some(next) = with_kink(&present, judge) else { break };
-                let next = self.listed(next, judge.data, TRIAL);
+                let next = self.fit_and_list(next, judge.data, TRIAL);
                 if !judge.better(&next, &present) {
                     break;
                 }

@@ -83,12 +83,14 @@ impl InUnits {
         let mut sorted = z.clone();
         sorted.sort_unstable_by(f64::total_cmp);
         let median = sorted[sorted.len() / 2];
-        let convention = match holding(&system, input) {
+        let convention = match equilibrium_scales(&system, input) {
             Some(_) => Convention::HoldingInput,
             None => Convention::NoTangent,
         };
         let ordinate = |system: &Loop| match convention {
-            Convention::HoldingInput => holding(system, input).unwrap_or_else(|| tangential(system, median, output)),
+            Convention::HoldingInput => {
+                equilibrium_scales(system, input).unwrap_or_else(|| tangential(system, median, output))
+            }
             Convention::NoTangent => tangential(system, median, output),
         };
         let own = ordinate(&system);
@@ -161,8 +163,8 @@ fn named(system: &Loop, z: &[f64], y: &[f64], output: Scale) -> (Signal, Absciss
         .map_or(hidden, |(_, signal, abscissa)| (signal, abscissa))
 }
 
-/// The input that holds z, if a constant passes from the input and from w to z.
-fn holding(system: &Loop, input: Scale) -> Option<Ordinate> {
+/// The scales of f as the input that holds z in equilibrium, if a constant passes from the input and from w to z.
+fn equilibrium_scales(system: &Loop, input: Scale) -> Option<Ordinate> {
     let n = system.order();
     let matrix = Matrix::identity(n, n) - Matrix::from_row_slice(n, n, &system.a);
     let inverse = matrix.try_inverse()?;

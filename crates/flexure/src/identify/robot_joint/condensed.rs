@@ -82,20 +82,29 @@ pub(super) struct Condensed {
 }
 
 /// A term's derivative by the logarithm of one of its shape parameters, without the term's factor.
-struct Slope {
+struct LogDerivative {
     /// The number of the term whose shape parameter it is, counted with the one whose factor is held.
     term: usize,
     /// The derivative as a sum of hats.
     hats: Vector,
 }
 
-/// The columns of a fit for given logarithms, as sums of hats.
+/// The columns that the forms give for given logarithms, as sums of hats.
 #[derive(Default)]
-struct Sums {
+struct FormColumns {
     /// The terms.
     terms: Vec<Vector>,
     /// Their derivatives by each of their logarithms.
-    slopes: Vec<Slope>,
+    derivatives: Vec<LogDerivative>,
+}
+
+/// The inner products of the columns of a fit: of the free terms, of the derivatives, and of the right-hand side, in this order.
+struct FitProducts {
+    g: Matrix,
+    /// How many terms are free.
+    free: usize,
+    /// The number of the right-hand side.
+    right: usize,
 }
 
 /// A factor that is held at a value.
@@ -119,7 +128,7 @@ impl Condensed {
         for FormedCurve { curve, .. } in curves {
             let knots = knots_over(curve.x, curve.sign_width());
             let first = equations.columns.len();
-            let noisy = curve.noisy(|| slopes(modulation, &knots, curve.x), |k| first + k, None);
+            let noisy = curve.noisy(|| hat_slopes(modulation, &knots, curve.x), |k| first + k, None);
             equations.noisy.extend(noisy);
             let own = parallel::map(knots.len(), |k| {
                 let values = mean_of(curve.x, |x| hat(&knots, k, x));
@@ -145,9 +154,9 @@ impl Condensed {
     }
 
     /// The terms and their derivatives for these logarithms.
-    fn sums(&self, curves: &[FormedCurve], logs: &[f64]) -> Sums {
+    fn form_columns(&self, curves: &[FormedCurve], logs: &[f64]) -> FormColumns {
         let layout = FormLayout::new(0, curves.iter().map(|c| &c.terms[..]));
-        let mut sums = Sums::default();
+        let mut columns = FormColumns::default();
         for ((formed, hats), own) in curves.iter().zip(&self.hats).zip(layout.curves) {
             // A function as a sum of hats: its values at the knots are the factors.
             let in_hats = |f: &dyn Fn(f64) -> f64| {
@@ -158,15 +167,15 @@ impl Condensed {
                 sum
             };
             for term in formed.shaped(&logs[own.logs]) {
-                let slopes = (0..term.logs.len()).map(|k| Slope {
-                    term: sums.terms.len(),
+                let derivatives = (0..term.logs.len()).map(|k| LogDerivative {
+                    term: columns.terms.len(),
                     hats: in_hats(&|x| term.by_shape(x, k)),
                 });
-                sums.slopes.extend(slopes);
-                sums.terms.push(in_hats(&|x| term.value(x)));
+                columns.derivatives.extend(derivatives);
+                columns.terms.push(in_hats(&|x| term.value(x)));
             }
         }
-        sums
+        columns
     }
 
     /// The inner products of sums of hats.
@@ -190,23 +199,18 @@ impl Condensed {
         products
     }
 
-    /// The best factors for these logarithms, and the objective as a function of the logarithms alone (variable projection).
-    fn projected(&self, curves: &[FormedCurve], logs: &[f64], held: Option<HeldFactor>) -> Option<Projected> {
-        if logs.iter().any(|t| !(t.abs() < LARGEST_LOG)) {
-            return None;
-        }
-        let Sums { mut terms, slopes } = self.sums(curves, logs);
+    /// The inner products of the columns of a fit; a term whose factor is held is subtracted from the right-hand side.
+    fn fit_products(&self, columns: FormColumns, held: Option<HeldFactor>) -> FitProducts {
+        let FormColumns { mut terms, derivatives } = columns;
         let of_held = held.map(|held| terms.remove(held.term));
-        // The free terms, the derivatives, the right-hand side and, if there is one, the held term, in this order.
-        let (free, right) = (terms.len(), terms.len() + slopes.len());
+        let (free, right) = (terms.len(), terms.len() + derivatives.len());
         let mut columns = terms;
-        columns.extend(slopes.iter().map(|slope| slope.hats.clone()));
+        columns.extend(derivatives.into_iter().map(|derivative| derivative.hats));
         columns.push(Vector::from_fn(self.gram.nrows(), |i, _| {
             f64::from(i + 1 == self.gram.nrows())
         }));
         columns.extend(of_held);
         let mut g = self.products(&columns);
-        // A term whose factor is held belongs to the right-hand side.
         if let Some(HeldFactor { value, .. }) = held {
             for i in 0..columns.len() {
                 g[(i, right)] -= value * g[(i, right + 1)];
@@ -215,38 +219,35 @@ impl Condensed {
                 g[(right, i)] -= value * g[(right + 1, i)];
             }
         }
-        let part = |first, columns| g.view((0, first), (free, columns)).into_owned();
-        // The factors of the free terms whose sum is nearest to each derivative and to the right-hand side.
-        let nearest = match free {
-            0 => part(free, 0),
-            _ => Normal::new(&part(0, free))?.solve(&part(free, right + 1 - free))?,
-        };
-        // The part of the product of two columns that lies along the free terms.
-        let along_terms = |i: usize, j: usize| -> f64 { (0..free).map(|t| nearest[(t, i - free)] * g[(t, j)]).sum() };
-        let x: Vec<f64> = (0..free).map(|t| nearest[(t, right - free)]).collect();
-        // The square of the right-hand side less the sum of the terms times x. The ridge keeps x a little off the minimum, where
-        // "square less the part along the terms" would not be that.
-        let along = (0..free).map(|i| {
-            let with: f64 = (0..free).map(|j| g[(i, j)] * x[j]).sum();
-            x[i] * (with - 2.0 * g[(i, right)])
-        });
-        let cost = along.fold(g[(right, right)], |cost, along| cost + along);
-        let mut factors = x;
+        FitProducts { g, free, right }
+    }
+
+    /// The best factors for these logarithms, and the objective as a function of the logarithms alone (variable projection).
+    fn projected(&self, curves: &[FormedCurve], logs: &[f64], held: Option<HeldFactor>) -> Option<Projected> {
+        if logs.iter().any(|t| !(t.abs() < LARGEST_LOG)) {
+            return None;
+        }
+        let columns = self.form_columns(curves, logs);
+        let terms: Vec<usize> = columns.derivatives.iter().map(|derivative| derivative.term).collect();
+        let products = self.fit_products(columns, held);
+        let nearest = products.nearest()?;
+        let mut factors: Vec<f64> = nearest.column(terms.len()).iter().copied().collect();
+        let cost = products.cost(&factors);
         if let Some(HeldFactor { term, value }) = held {
             factors.insert(term, value);
         }
         // Kaufman's Jacobian: each derivative with the free terms projected out, times its term's factor.
-        let factor = |i: usize| factors[slopes[i - free].term];
-        let derivatives = || free..right;
-        let pairs = derivatives().flat_map(|i| derivatives().map(move |j| (i, j)));
+        let factor = |i: usize| factors[terms[i]];
+        let all = || 0..terms.len();
+        let pairs = all().flat_map(|i| all().map(move |j| (i, j)));
         Some(Projected {
             equations: NormalEquations {
                 cost,
-                descent: derivatives()
-                    .map(|i| factor(i) * (g[(i, right)] - along_terms(right, i)))
+                descent: all()
+                    .map(|i| factor(i) * products.beside_terms(&nearest, terms.len(), i))
                     .collect(),
                 normal: pairs
-                    .map(|(i, j)| factor(i) * factor(j) * (g[(i, j)] - along_terms(i, j)))
+                    .map(|(i, j)| factor(i) * factor(j) * products.beside_terms(&nearest, i, j))
                     .collect(),
             },
             factors,
@@ -281,6 +282,36 @@ impl Condensed {
             factors: end.factors,
             logs,
         })
+    }
+}
+
+impl FitProducts {
+    /// The factors of the free terms whose sum is nearest to each derivative and, last, to the right-hand side; a column each.
+    fn nearest(&self) -> Option<Matrix> {
+        let free = self.free;
+        let part = |first, columns| self.g.view((0, first), (free, columns)).into_owned();
+        match free {
+            0 => Some(part(free, self.right + 1)),
+            _ => Normal::new(&part(0, free))?.solve(&part(free, self.right + 1 - free)),
+        }
+    }
+
+    /// The square of the right-hand side less the sum of the terms with these factors. The ridge keeps the factors a little off the
+    /// minimum, where "square less the part along the terms" would not be that.
+    fn cost(&self, factors: &[f64]) -> f64 {
+        let (g, right) = (&self.g, self.right);
+        let along = (0..self.free).map(|i| {
+            let with: f64 = (0..self.free).map(|j| g[(i, j)] * factors[j]).sum();
+            factors[i] * (with - 2.0 * g[(i, right)])
+        });
+        along.fold(g[(right, right)], |cost, along| cost + along)
+    }
+
+    /// The inner product of columns i and j beside the free terms, of i less its part along the terms.
+    fn beside_terms(&self, nearest: &Matrix, i: usize, j: usize) -> f64 {
+        let j = self.free + j;
+        let along: f64 = (0..self.free).map(|t| nearest[(t, i)] * self.g[(t, j)]).sum();
+        self.g[(self.free + i, j)] - along
     }
 }
 
@@ -346,7 +377,7 @@ fn hat(knots: &[f64], k: usize, x: f64) -> f64 {
 }
 
 /// The slopes of the hat functions at the points x.
-fn slopes(modulation: &Modulation, knots: &[f64], x: &[f64]) -> Slopes {
+fn hat_slopes(modulation: &Modulation, knots: &[f64], x: &[f64]) -> Slopes {
     Slopes::new(modulation, knots.len(), |i| {
         let k = knots.partition_point(|knot| *knot <= x[i]).clamp(1, knots.len() - 1);
         let rise = 1.0 / (knots[k] - knots[k - 1]);

@@ -211,7 +211,7 @@ impl AxisParts<'_> {
             (0..kappa.len()).map(at).collect()
         };
         let none = vec![0.0; kappa.len()];
-        let rubbing = motor_friction.map_or(&none, |curve| &outcome.values[curve]);
+        let motor_friction_torque = motor_friction.map_or(&none, |curve| &outcome.values[curve]);
         let elastic = sum(&[(kappa, 1.0), (&beside_spring, 1.0)]);
         let memories = [Effect::HystereticSpring, Effect::Presliding]
             .into_iter()
@@ -225,7 +225,7 @@ impl AxisParts<'_> {
         let of_stiffness = sum(&[
             (motion.torque, 1.0),
             (&self.rotor_torque, -1.0),
-            (rubbing, -1.0),
+            (motor_friction_torque, -1.0),
             (&beside_spring, -1.0),
         ]);
         let of_friction = sum(&[(&elastic, 1.0), (&self.link_torque, -1.0), (&on_link, -1.0)]);
@@ -254,7 +254,7 @@ impl AxisParts<'_> {
                 cut_off: Some(motion.link_noise.cut_off()),
                 highest: outcome.highest(),
                 sample_time: motion.step,
-                reconstructed: sum(&[(&elastic, 1.0), (&self.rotor_torque, 1.0), (rubbing, 1.0)]),
+                reconstructed: sum(&[(&elastic, 1.0), (&self.rotor_torque, 1.0), (motor_friction_torque, 1.0)]),
                 findings,
             },
             damping: factor_of(Effect::Damping).next(),

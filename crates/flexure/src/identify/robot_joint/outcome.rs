@@ -166,7 +166,7 @@ impl Parameter {
     }
 
     /// Marks the parameter as not identifiable and removes its standard error.
-    fn distrust(&mut self, remark: &str) {
+    fn remove_error(&mut self, remark: &str) {
         self.withdraw(remark);
         self.standard_error = f64::NAN;
     }
@@ -196,9 +196,9 @@ impl Doubt {
         self.of_inertia(&mut form.inertia);
         for parameter in &mut form.parameters {
             if self.clipped {
-                parameter.distrust(CLIPPED);
+                parameter.remove_error(CLIPPED);
             } else if self.one_way && DRY_FRICTION.contains(&parameter.symbol.as_str()) {
-                parameter.distrust(ONE_WAY);
+                parameter.remove_error(ONE_WAY);
             }
         }
     }
@@ -319,7 +319,7 @@ impl RigidAxis {
         let doubt = Doubt::new(&self.findings);
         doubt.of_inertia(&mut self.inertia);
         if doubt.clipped {
-            self.extras.iter_mut().for_each(|extra| extra.distrust(CLIPPED));
+            self.extras.iter_mut().for_each(|extra| extra.remove_error(CLIPPED));
         }
         self.friction.forms.iter_mut().for_each(|form| doubt.of_form(form));
         self

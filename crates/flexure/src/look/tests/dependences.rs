@@ -170,7 +170,7 @@ fn derivatives_and_multiples() {
     let other = noise(3000, 83);
     let columns = [("q", noisy), ("dq", velocity), ("deg", copy), ("w", other)];
     let record = crate::Record::new(columns.map(|(name, x)| (name, x))).unwrap();
-    let found = crate::look::look(&record, None, Some(dt)).unwrap().kinships;
+    let found = crate::look::look(&record, None, Some(dt)).unwrap().relations;
     assert_eq!(found.len(), 2, "{found:?}");
     let derivative = found.iter().find(|k| (k.column, k.of) == (1, 0)).unwrap();
     assert!(matches!(derivative.relation, Relation::Derivative { factor } if (factor - 1.0).abs() < 0.01));

@@ -276,9 +276,9 @@ impl DrivenChain {
             let turning = data.chain.bodies[i].velocity.angular;
             // The gyroscopic moment of a rotor whose spin against the carrier is h.
             let gyroscopic = |h: f64| Vec3::new(turning.y * h, -turning.x * h, 0.0);
-            let rubbing = friction_torque(drive.friction.as_ref(), v[i]);
+            let friction = friction_torque(drive.friction.as_ref(), v[i]);
             if !drive.flexible {
-                data.forces[i] = torques[i] - rubbing - friction_torque(drive.motor_friction.as_ref(), v[i]);
+                data.forces[i] = torques[i] - friction - friction_torque(drive.motor_friction.as_ref(), v[i]);
                 data.terms[i] = RotorTerm {
                     mass: drive.motor,
                     coupling: drive.spin,
@@ -292,7 +292,7 @@ impl DrivenChain {
             let elastic = elastic_torque(&drive.stiffness, qm - q[i]) + drive.damping * (vm - v[i]);
             let left = torques[i] - elastic - friction_torque(drive.motor_friction.as_ref(), vm);
             data.drive[i] = left;
-            data.forces[i] = elastic - rubbing;
+            data.forces[i] = elastic - friction;
             if drive.spin == 0.0 {
                 data.terms[i] = RotorTerm::default();
                 continue;

@@ -66,12 +66,12 @@ fn two_planar_links_are_the_two_link_arm_in_every_kind() {
 }
 
 /// Drives of all kinds, one a joint.
-pub(super) fn random_drives(draw: &mut Draw, joints: usize, rubbing: bool) -> Vec<ChainDrive> {
+pub(super) fn random_drives(draw: &mut Draw, joints: usize, with_friction: bool) -> Vec<ChainDrive> {
     let kinds = [JointKind::Rigid, JointKind::Linear, JointKind::Nonlinear];
     (0..joints)
         .map(|i| {
             let mut positive = || 0.1 + draw.next().abs();
-            let friction = rubbing.then(|| Friction([positive(), 9.0, 2.0, positive(), 5.0, positive()]));
+            let friction = with_friction.then(|| Friction([positive(), 9.0, 2.0, positive(), 5.0, positive()]));
             ChainDrive {
                 kind: kinds[(i + (10.0 * positive()) as usize) % 3],
                 joint: JointParameters {
@@ -81,7 +81,7 @@ pub(super) fn random_drives(draw: &mut Draw, joints: usize, rubbing: bool) -> Ve
                     linear: 20.0 * positive() + 2.0,
                     windup: positive(),
                     windup_sharpness: 4.0 * positive(),
-                    damping: if rubbing { positive() } else { 0.0 },
+                    damping: if with_friction { positive() } else { 0.0 },
                     friction,
                     motor_friction: friction,
                     locked: false,
@@ -97,7 +97,7 @@ proptest! {
 
     #[test]
     fn the_energy_changes_by_the_power_of_the_motors_and_a_free_base_keeps_its_momentum(
-        seed: u64, links in 1usize..6, free: bool, which in 0usize..3, rubbing: bool,
+        seed: u64, links in 1usize..6, free: bool, which in 0usize..3, with_friction: bool,
     ) {
         let parameters = ChainParameters {
             gravity: if free { [0.0; 3] } else { [0.0, 2.0, -9.0] },
@@ -105,7 +105,7 @@ proptest! {
         };
         let draw = &mut Draw(seed ^ 9);
         let chain = Chain::new(&parameters).unwrap();
-        let drives = random_drives(draw, chain.joints().len(), rubbing);
+        let drives = random_drives(draw, chain.joints().len(), with_friction);
         let chain = DrivenChain::new(chain, &drives, COUPLINGS[which]).unwrap();
         let (mut data, n, first) = (chain.data(), chain.chain().velocities(), chain.chain().first());
         let x = draw.vector(chain.dimension());

@@ -27,7 +27,7 @@ struct Bins {
 }
 
 /// The same data in bins of several widths. Each width is twice the one before.
-pub(crate) struct Pyramid {
+pub(crate) struct BinnedScales {
     levels: Vec<Bins>,
     /// The width of the narrowest bins.
     narrowest: f64,
@@ -35,28 +35,28 @@ pub(crate) struct Pyramid {
     per_bandwidth: f64,
 }
 
-impl Pyramid {
+impl BinnedScales {
     /// Puts unweighted data into bins for bandwidths between `smallest` and `largest`. A bandwidth spans at least
     /// `per_bandwidth` bins, and at most twice as many.
     pub fn new(data: &Sorted, smallest: f64, largest: f64, per_bandwidth: f64) -> Self {
         // The inverse of the width must be finite.
         let narrowest = (smallest / per_bandwidth).max(f64::MIN_POSITIVE);
         let finest = Bins::gathered(data.len(), |i| Bin::of_point(data.x[i], data.y[i]), narrowest);
-        let mut pyramid = Pyramid {
+        let mut scales = BinnedScales {
             levels: vec![finest],
             narrowest,
             per_bandwidth,
         };
-        for level in 1..=pyramid.level(largest) {
-            let finer = &pyramid.levels[level - 1];
+        for level in 1..=scales.level(largest) {
+            let finer = &scales.levels[level - 1];
             if finer.data.len() < 2 {
                 break;
             }
             let width = narrowest * 2f64.powi(level as i32);
             let coarser = Bins::gathered(finer.data.len(), |i| finer.bin(i), width);
-            pyramid.levels.push(coarser);
+            scales.levels.push(coarser);
         }
-        pyramid
+        scales
     }
 
     /// The width of the narrowest bins.

@@ -21,9 +21,9 @@ fn bins_are_those_of_their_points() {
     let [x, y] = noisy((0..3000).map(|_| 1e3 + rng.random_range(-2.0..2.0)).collect());
     let data = Sorted::new(&x, &y, None);
     let width = 2e-3;
-    let pyramid = Pyramid::new(&data, width, 4.0, 1.0);
-    assert!(pyramid.levels.len() > 8);
-    for (level, bins) in pyramid.levels.iter().enumerate() {
+    let scales = BinnedScales::new(&data, width, 4.0, 1.0);
+    assert!(scales.levels.len() > 8);
+    for (level, bins) in scales.levels.iter().enumerate() {
         let mean = bins.data.mean;
         let mut first = 0;
         for bin in (0..bins.data.len()).map(|b| bins.bin(b)) {
@@ -65,8 +65,8 @@ fn rounded_abscissas_have_one_bin_each_at_most() {
         let x: Vec<f64> = distinct.iter().flat_map(|&x| [x; 20]).collect();
         let data = Sorted::new(&x, &x, None);
         let extent = f64::from(values - 1) * step;
-        let pyramid = Pyramid::new(&data, 1e-4 * extent, extent, per_bandwidth);
-        for bins in &pyramid.levels {
+        let scales = BinnedScales::new(&data, 1e-4 * extent, extent, per_bandwidth);
+        for bins in &scales.levels {
             // One more where the points' chunks meet.
             assert!(bins.data.len() <= distinct.len() + x.len() / CHUNK);
             let points: f64 = (0..bins.data.len()).map(|b| bins.data.weight(b)).sum();
@@ -98,8 +98,8 @@ fn scores_are_near_the_exact_ones() {
             .filter(|kernel| name != "rounded" || *kernel != Kernel::Uniform)
         {
             let exact = leave_one_out(&data, kernel, Degree::Constant, &bandwidths);
-            let pyramid = Pyramid::new(&data, 0.02, 1.1, 30.0);
-            let binned = pyramid.scores(kernel, Degree::Constant, &bandwidths);
+            let scales = BinnedScales::new(&data, 0.02, 1.1, 30.0);
+            let binned = scales.scores(kernel, Degree::Constant, &bandwidths);
             for ((binned, exact), h) in binned.iter().zip(&exact).zip(bandwidths) {
                 // A bin is in the uniform kernel's window as a whole or not at all.
                 let most = if kernel == Kernel::Uniform { 3e-2 } else { 1e-3 };
@@ -123,7 +123,7 @@ fn points_alone_are_predicted_by_their_nearest() {
     for kernel in KERNELS {
         for h in [0.03, 0.05] {
             let exact = leave_one_out(&data, kernel, Degree::Constant, &[h])[0];
-            let binned = Pyramid::new(&data, h, h, 30.0).scores(kernel, Degree::Constant, &[h])[0];
+            let binned = BinnedScales::new(&data, h, h, 30.0).scores(kernel, Degree::Constant, &[h])[0];
             let most = if kernel == Kernel::Uniform { 1e-3 } else { 1e-4 };
             assert!((binned / exact - 1.0).abs() < most, "{kernel:?} {h}: {binned} {exact}");
         }
@@ -139,8 +139,8 @@ fn errors_fall_with_the_square_of_the_width() {
     let bandwidths: Vec<f64> = (0..12).map(|k| 0.3 * 1.1_f64.powi(k)).collect();
     let exact = leave_one_out(&data, Kernel::Biweight, Degree::Constant, &bandwidths);
     let error = |per_bandwidth: f64| {
-        let pyramid = Pyramid::new(&data, 0.3, 0.9, per_bandwidth);
-        let binned = pyramid.scores(Kernel::Biweight, Degree::Constant, &bandwidths);
+        let scales = BinnedScales::new(&data, 0.3, 0.9, per_bandwidth);
+        let binned = scales.scores(Kernel::Biweight, Degree::Constant, &bandwidths);
         let errors = binned
             .iter()
             .zip(&exact)

@@ -45,7 +45,7 @@ mod sums;
 mod window_bounds;
 mod window_sums;
 
-pub(crate) use binned::Pyramid;
+pub(crate) use binned::BinnedScales;
 pub use choice::{Bandwidth, KernelScore, KernelSearch};
 pub use estimator::{KernelEstimate, KernelEstimator};
 pub(crate) use leave_one_out::leave_one_out;

@@ -2,7 +2,7 @@
 
 use super::super::super::limits::LARGEST_RADIUS;
 use super::blocks::{Blocks, Observed};
-use super::limits::{EASED, FIRST_DAMPING, LEAST_FALL, LEAST_TIGHTENED, MOST_DAMPING, TIGHTENED};
+use super::limits::{DAMPING_AFTER_FALL, DAMPING_AFTER_RISE, FIRST_DAMPING, LEAST_FALL, LEAST_RAISED, MOST_DAMPING};
 use super::loss::Equations;
 use crate::identify::block::UnitDiagonal;
 use crate::interrupt;
@@ -43,13 +43,13 @@ pub(super) fn descend(mut blocks: Blocks, observed: &Observed, whitening: &[f64]
             let trial = trial.filter(admissible);
             next = trial.filter(|b| b.squares(observed, whitening) < before);
             if next.is_none() {
-                damping = (damping * TIGHTENED).max(LEAST_TIGHTENED);
+                damping = (damping * DAMPING_AFTER_RISE).max(LEAST_RAISED);
             }
         }
         let Some(better) = next else { break };
         blocks = better;
         equations = blocks.equations(observed, whitening);
-        damping *= EASED;
+        damping *= DAMPING_AFTER_FALL;
         if before - equations.normal.cost <= LEAST_FALL * before {
             break;
         }

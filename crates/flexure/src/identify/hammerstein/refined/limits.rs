@@ -81,12 +81,12 @@ pub(super) const LEAST_GAIN: f64 = 1e-9;
 /// Descent: a step that lowers the sum of squares by no more than this share is the last. Convention.
 pub(super) const LEAST_FALL: f64 = 1e-7;
 /// Descent: the damping of the first step, in units of the scaled equations' diagonal: next to none, as the start is near. It is
-/// divided by `EASED` after a step that lowers the sum of squares, multiplied by `TIGHTENED` to no less than `LEAST_TIGHTENED`
+/// multiplied by `DAMPING_AFTER_FALL` after a step that lowers the sum of squares, by `DAMPING_AFTER_RISE` to no less than `LEAST_RAISED`
 /// after one that does not, and the search ends above `MOST_DAMPING`. Conventions.
 pub(super) const FIRST_DAMPING: f64 = 1e-7;
-pub(super) const EASED: f64 = 0.1;
-pub(super) const TIGHTENED: f64 = 30.0;
-pub(super) const LEAST_TIGHTENED: f64 = 1e-5;
+pub(super) const DAMPING_AFTER_FALL: f64 = 0.1;
+pub(super) const DAMPING_AFTER_RISE: f64 = 30.0;
+pub(super) const LEAST_RAISED: f64 = 1e-5;
 pub(super) const MOST_DAMPING: f64 = 1e4;
 
 /// Result: evenly spaced points of the tabulated nonlinearity. Convention.

@@ -1,11 +1,11 @@
 //! Columns that are another one's derivative, or another one times a factor.
 
-use super::limits::{KIN, KIN_FACTOR, ROUNDING, SAME};
+use super::limits::{DERIVATIVE_FACTOR, DERIVATIVE_LEFT, ROUNDING, SAME};
 use crate::linear::correlation::{mean, variance};
 
 /// A column that is made of another, or measures the same.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Kinship {
+pub struct ColumnRelation {
     /// The column, as an index of the record's columns.
     pub column: usize,
     /// The other one.
@@ -31,11 +31,11 @@ pub enum Relation {
     },
 }
 
-/// The kinships among signals without missing samples, named by their indexes.
+/// The relations among signals without missing samples, named by their indexes.
 ///
 /// A derivative is recognised by its integral, which leaves at most a hundredth of the other's variance besides a straight line: differences
 /// would be noise. Without a sample time the factor may be anything, and the integral must leave a hundredth of that.
-pub(super) fn kinships(signals: &[(usize, &[f64])], sample_time: Option<f64>) -> Vec<Kinship> {
+pub(super) fn relations(signals: &[(usize, &[f64])], sample_time: Option<f64>) -> Vec<ColumnRelation> {
     let straight: Vec<Vec<f64>> = signals.iter().map(|s| without_line(s.1)).collect();
     let integrals: Vec<Vec<f64>> = signals
         .iter()
@@ -45,7 +45,7 @@ pub(super) fn kinships(signals: &[(usize, &[f64])], sample_time: Option<f64>) ->
     let mut found = Vec::new();
     for (i, &(column, _)) in signals.iter().enumerate() {
         // Of several columns that are alike, a derivative is that of the one which its integral comes nearest to.
-        let mut nearest: Option<(f64, Kinship)> = None;
+        let mut nearest: Option<(f64, ColumnRelation)> = None;
         for (j, &(of, _)) in signals.iter().enumerate().filter(|(j, _)| *j != i) {
             if let Some(Proportion { factor, left }) = proportion(&centred[j], &centred[i])
                 && left < SAME
@@ -53,22 +53,22 @@ pub(super) fn kinships(signals: &[(usize, &[f64])], sample_time: Option<f64>) ->
             {
                 let left = left.max(0.0).sqrt();
                 let relation = Relation::Multiple { factor, left };
-                found.push(Kinship { column, of, relation });
+                found.push(ColumnRelation { column, of, relation });
             }
             // The integral of the column, times the inverse of the factor, is the other one.
             let Some(Proportion { factor: inverse, left }) = proportion(&integrals[i], &straight[j]) else {
                 continue;
             };
             let derives = match sample_time {
-                Some(_) => left < KIN && (inverse - 1.0).abs() < KIN_FACTOR,
-                None => left < KIN * KIN && inverse > 0.0,
+                Some(_) => left < DERIVATIVE_LEFT && (inverse - 1.0).abs() < DERIVATIVE_FACTOR,
+                None => left < DERIVATIVE_LEFT * DERIVATIVE_LEFT && inverse > 0.0,
             };
             if derives && nearest.is_none_or(|(least, _)| left < least) {
                 let relation = Relation::Derivative { factor: 1.0 / inverse };
-                nearest = Some((left, Kinship { column, of, relation }));
+                nearest = Some((left, ColumnRelation { column, of, relation }));
             }
         }
-        found.extend(nearest.map(|(_, kinship)| kinship));
+        found.extend(nearest.map(|(_, relations)| relations));
     }
     found
 }
