@@ -352,7 +352,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if arguments.json {
         return print(&identified.json().to_string());
     }
-    print_result(&identified.summary(), wrote(outputs))
+    // The default structure is one of many.
+    let is_default = arguments.structure.is_none() && arguments.given().next().is_none() && samples.len() == 1;
+    let next = (is_default && columns.inputs.len() == 1 && !identified.result.verdict.holds())
+        .then(|| [String::new(), format!("next: {} --structure auto", this_command())]);
+    print_result(&identified.summary(), wrote(outputs).chain(next.into_iter().flatten()))
 }
 
 /// Identifies a system of this structure, with its usual choices, and says in which file and line an error lies.

@@ -1,6 +1,8 @@
 //! How a record is read, and where its sample instants stand.
 
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::Path;
 
 use anyhow::{Context as _, Result, bail};
@@ -74,6 +76,27 @@ enum Answer {
 /// Extensions of files that have parts, and the options that name one.
 const WITH_PARTS: [&str; 6] = ["mcap", "db3", "h5", "hdf5", "mat", "zst"];
 const OF_PARTS: [&str; 2] = ["topic", "joint"];
+/// So many bytes of a first line are looked at.
+const LONGEST_HEAD: u64 = 1 << 16;
+
+/// Whether the first line of a text file names all columns of a model: then no lines stand before them.
+fn begins_with_columns(record: &Path, model: &ModelFile) -> bool {
+    let regular = record.metadata().is_ok_and(|m| m.is_file());
+    let Some(file) = regular.then(|| File::open(record).ok()).flatten() else {
+        return false;
+    };
+    let mut line = Vec::new();
+    let mut head = BufReader::new(file.take(LONGEST_HEAD));
+    if head.read_until(b'\n', &mut line).is_err() {
+        return false;
+    }
+    let line = String::from_utf8_lossy(&line);
+    model
+        .inputs
+        .iter()
+        .chain([&model.output])
+        .all(|name| line.contains(name.as_str()))
+}
 
 /// An option with its value, as it is typed.
 fn typed((name, value): (&String, &String)) -> [String; 2] {
@@ -159,7 +182,11 @@ impl Reading {
         let parts = record
             .extension()
             .is_some_and(|e| WITH_PARTS.iter().any(|known| e == *known));
-        let fits = |name: &String| !own.contains_key(name) && (parts || !OF_PARTS.contains(&name.as_str()));
+        let headed = begins_with_columns(record, model);
+        let fits = |name: &String| {
+            let fits_file = (parts || !OF_PARTS.contains(&name.as_str())) && !(headed && name == "skip-lines");
+            fits_file && !own.contains_key(name)
+        };
         let taken = model.reading.iter().filter(|(name, _)| fits(name));
         let taken: Vec<String> = taken.flat_map(typed).collect();
         let mut said: Vec<String> = taken.iter().map(|word| quoted(word)).collect();

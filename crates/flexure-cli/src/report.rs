@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
+use flexure::identify::Verdict;
+use flexure_io::{ModelFile, RecordFile};
 use flexure_workbench::systems::{Decoration, Identified, Judging, Outside, SystemColumns, columns};
 use flexure_workbench::text::capitalised;
 use serde_json::json;
@@ -36,6 +38,35 @@ pub struct Arguments {
     json: bool,
 }
 
+/// The page of a model on a record, and what it says.
+pub struct Page {
+    /// The page.
+    pub html: String,
+    verdict: Verdict,
+    outside: Outside,
+}
+
+impl Page {
+    /// Judges the model as `judging` says.
+    ///
+    /// # Errors
+    /// As [`Identified::again`].
+    pub fn new(model: &ModelFile, file: &RecordFile, system: SystemColumns, judging: Judging) -> Result<Page> {
+        let identified = spinning("simulating", || Identified::again(model, file, system, judging))?;
+        let outside = Outside::new(&model.block, &columns(file, system.inputs)?);
+        let decoration = Decoration {
+            command: Some(this_command()),
+            remark: outside.remark().map(|remark| format!("{}.", capitalised(&remark))),
+            ..Decoration::default()
+        };
+        Ok(Page {
+            html: identified.html(file, decoration)?,
+            verdict: identified.result.verdict,
+            outside,
+        })
+    }
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let mut missing = arguments.missing;
@@ -52,16 +83,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         initial_state: arguments.applied.initial_state,
         missing,
     };
-    let identified = spinning("simulating", || Identified::again(&model, &file, system, judging))
-        .map_err(|error| with_missing(error, &connected.output, !missing))?;
-    let outside = Outside::new(&model.block, &columns(&file, &inputs)?);
-    let decoration = Decoration {
-        command: Some(this_command()),
-        remark: outside.remark().map(|remark| format!("{}.", capitalised(&remark))),
-        ..Decoration::default()
-    };
-    write_text(&arguments.out, &identified.html(&file, decoration)?)?;
-    let verdict = &identified.result.verdict;
+    let page =
+        Page::new(&model, &file, system, judging).map_err(|error| with_missing(error, &connected.output, !missing))?;
+    write_text(&arguments.out, &page.html)?;
+    let Page { verdict, outside, .. } = page;
     if arguments.json {
         let object = json!({
             "fit_percent": verdict.measures.fit_percent,

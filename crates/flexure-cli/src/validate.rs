@@ -1,18 +1,22 @@
 //! `flexure validate`: does a model hold on a record?
 
+use std::path::PathBuf;
+
 use anyhow::{Result, bail};
 use flexure_workbench::systems::{Judged, Judging, SystemColumns};
 
 use crate::applied::{Applied, ModelOnRecord, with_missing};
 use crate::arguments;
+use crate::files::{write_text, wrote};
 use crate::output::{print, print_result};
+use crate::report::Page;
 
 /// Judge a model on a record that was not used for its fit.
 ///
 /// Simulates the model under the record's input and compares with its output: fit in percent, RMS error, and tests
 /// whether the error still depends on the input.
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  flexure validate model.json fresh.csv")]
+#[command(after_help = "Example:\n  flexure validate model.json fresh.csv --report page.html")]
 pub struct Arguments {
     #[command(flatten)]
     applied: ModelOnRecord,
@@ -23,6 +27,9 @@ pub struct Arguments {
     /// Skip samples whose output is missing (NaN, or an empty field) instead of refusing them.
     #[arg(long)]
     missing: bool,
+    /// Write the page of the model on this record here, as flexure report does.
+    #[arg(long, value_name = "PAGE.html")]
+    report: Option<PathBuf>,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -33,7 +40,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut missing = arguments.missing;
     let Applied {
         model, file, connected, ..
-    } = arguments.applied.open([], [], Some(&mut missing))?;
+    } = arguments.applied.open([], &arguments.report, Some(&mut missing))?;
     if let Some(skip) = arguments.skip.filter(|skip| *skip >= file.record.len()) {
         bail!(
             "{}: --skip {skip} leaves nothing of {} samples to compare",
@@ -52,8 +59,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let judged = Judged::new(&model, &file, columns, judging)
         .map_err(|error| with_missing(error, &connected.output, !missing))?;
+    if let Some(path) = &arguments.report {
+        write_text(path, &Page::new(&model, &file, columns, judging)?.html)?;
+    }
     match arguments.json {
         true => print(&judged.json().to_string()),
-        false => print_result(&judged.summary(), []),
+        false => print_result(&judged.summary(), wrote(&arguments.report)),
     }
 }

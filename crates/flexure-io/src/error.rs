@@ -283,6 +283,9 @@ pub enum LineProblem {
     /// A blank line has data after it.
     #[error("this line is blank but data follow it; remove it, or write nan for a missing sample")]
     Blank,
+    /// The file is a model.
+    #[error("this is a model, not a record; a command takes models first, then the record")]
+    Model,
     /// The line is longer than any table's.
     #[error("this line is longer than {}, which no table has; is it a text file?", crate::memory::size(*.limit))]
     TooLong {

@@ -18,7 +18,7 @@ use crate::memory::{LONGEST_MODEL, small_file};
 pub use mark::RecordMark;
 
 /// What `format` says in every model file.
-const FORMAT: &str = "flexure-model";
+pub(crate) const FORMAT: &str = "flexure-model";
 /// The version of the format that is written; [`version1`] is read too.
 const VERSION: u64 = 2;
 
@@ -208,6 +208,12 @@ pub fn parse_model(bytes: &[u8], path: &Path) -> Result<ModelFile> {
         path: path.to_owned(),
         problem,
     };
+    // The quoted header of a table.
+    if bytes.first() == Some(&b'"') {
+        return Err(wrong(
+            "not a model file; a command takes the model first, then the record".to_owned(),
+        ));
+    }
     let head: Head = serde_json::from_slice(bytes).map_err(json)?;
     if head.format != FORMAT {
         return Err(wrong(format!(

@@ -7,8 +7,23 @@ use crate::record_file::RecordFile;
 use crate::text::INDEX;
 use crate::units::split_unit;
 
-/// What columns of instants are called, in lower case.
-const NAMES: [&str; 6] = ["t", "time", "timestamp", "datetime", "date", "elapsedtime"];
+/// What columns of instants are called, in lower case: in English, German, French, Spanish, Italian and Portuguese, the Nordic
+/// languages, and Dutch.
+const NAMES: [&str; 13] = [
+    "t",
+    "time",
+    "timestamp",
+    "datetime",
+    "date",
+    "elapsedtime",
+    "zeit",
+    "zeitstempel",
+    "temps",
+    "tiempo",
+    "tempo",
+    "tid",
+    "tijd",
+];
 
 /// Units of time, in s.
 const UNITS: [(&[&str], f64); 6] = [

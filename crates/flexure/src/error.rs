@@ -190,7 +190,8 @@ pub enum DataError {
     },
     /// The time column's steps differ.
     #[error(
-        "the sample times are not uniform: the step to sample {sample} is {step} s, but the typical step is {expected} s; resample the record to a uniform time"
+        "the sample times are not uniform: the step to sample {sample} is {} s, but the typical step is {} s; resample the record to a uniform time",
+        decimal(*.step), decimal(*.expected)
     )]
     NonUniformTime {
         /// The sample at the end of the odd step, from 0.

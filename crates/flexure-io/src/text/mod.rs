@@ -15,6 +15,7 @@ use flexure::Record;
 
 use crate::error::{Error, LineProblem, Result};
 use crate::memory::{Budget, LONGEST_TEXT, small_file};
+use crate::model::FORMAT as MODEL;
 use crate::options::ReadOptions;
 use crate::record_file::{Other, RecordFile, SampleLines};
 use crate::time::is_time;
@@ -58,6 +59,9 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
     let too_long = LineProblem::TooLong { limit: LONGEST_LINE };
     if head.len() as u64 > LONGEST_LINE {
         return Err(at((1, too_long)));
+    }
+    if head.starts_with(b"{") && head.windows(MODEL.len()).any(|part| part == MODEL.as_bytes()) {
+        return Err(at((1, LineProblem::Model)));
     }
     // The last line may be there in part.
     let whole = match head.iter().rposition(|&b| b == b'\n') {

@@ -1,6 +1,6 @@
 //! The command to type after a look.
 
-use flexure::look::{Clock, Dependence, Direction, Kind, Look, Relation};
+use flexure::look::{Clock, Column, Dependence, Direction, Kind, Look, Relation};
 use flexure::text::counted;
 use flexure_io::RecordFile;
 
@@ -20,6 +20,9 @@ const BETWEEN: f64 = 0.2;
 
 /// The longest gap that is interpolated before an identification, in samples. Convention.
 const LONGEST_FILLED: usize = 10;
+
+/// What comes after a preparation.
+const LOOK_AGAIN: &str = "Then look again: flexure look prepared.csv";
 
 /// A command that fits the record.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -67,13 +70,44 @@ pub fn suggestion(
     let suggestion = match joint::suggestion(file, request, look, sample_time) {
         joint::Outcome::Fits(joint) => Some(joint),
         joint::Outcome::Fails(text) => return (None, Some(Finding { text, warning: true })),
-        joint::Outcome::None => signals.and_then(|signals| identification(look, request, &signals, file)),
+        joint::Outcome::None => match signals {
+            Some(signals) => identification(look, request, &signals, file),
+            None => without_outliers(&with_outliers(look)),
+        },
     };
     let suggestion = suggestion.map(|suggestion| match (&look.clock, sample_time) {
         (Some(clock), Some(step)) if !clock.is_uniform => even_spacing(look, clock, step, &held),
         _ => suggestion,
     });
     (suggestion, None)
+}
+
+/// The columns with samples far from their neighbours.
+fn with_outliers(look: &Look) -> Vec<&Column> {
+    let columns = (look.columns.iter().enumerate()).filter(|(i, c)| Some(*i) != look.time && !c.outliers.is_empty());
+    columns.map(|(_, column)| column).collect()
+}
+
+/// The names, as an option takes them.
+fn joined(columns: &[&Column]) -> String {
+    let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
+    names.join(",")
+}
+
+/// A preparation that interpolates these columns' outliers, which hide what depends on what; nothing without any.
+fn without_outliers(columns: &[&Column]) -> Option<Suggestion> {
+    let runs = columns.iter().flat_map(|c| c.outliers.chunk_by(|a, b| a + 1 == *b));
+    let longest = runs.map(<[usize]>::len).max()?;
+    let count = columns.iter().map(|column| column.outliers.len()).sum();
+    let (names, fill) = (joined(columns), longest.to_string());
+    let why = match count {
+        1 => "An outlier hides what depends on what. This interpolates it.".to_owned(),
+        _ => format!("{count} outliers hide what depends on what. This interpolates them."),
+    };
+    let options = ["--outliers", &names, "--fill", &fill, "-o", "prepared.csv"];
+    let mut suggestion = Suggestion::new("prepare", &options, why);
+    suggestion.notes.push(LOOK_AGAIN.to_owned());
+    Some(suggestion)
 }
 
 /// A preparation of a record whose samples are not evenly spaced; the inputs of few levels hold them between samples.
@@ -93,15 +127,23 @@ fn even_spacing(look: &Look, clock: &Clock, sample_time: f64, inputs: &[usize]) 
     let stretch = longest.unwrap_or(0..samples);
     let (part, step) = (format!("{}:{}", stretch.start, stretch.end), plain(sample_time));
     let mut options: Vec<&str> = Vec::new();
-    if stretch.len() < samples {
+    // A few lost samples are interpolated.
+    let is_short = |steps: f64| steps <= LONGEST_FILLED as f64 + 1.0;
+    let few_lost = clock.backwards.is_empty() && clock.gaps.iter().all(|gap| is_short(gap.steps));
+    let cuts = stretch.len() < samples && !few_lost;
+    if cuts {
         options.extend(["--cut-samples", &part]);
+    }
+    let outliers = joined(&with_outliers(look));
+    if !outliers.is_empty() {
+        options.extend(["--outliers", &outliers]);
     }
     let held: Vec<&str> = (inputs.iter().map(|&i| &look.columns[i]))
         .filter(|column| column.levels.is_some())
         .map(|column| column.name.as_str())
         .collect();
     let held = held.join(",");
-    if clock.jitter > Clock::UNIFORM || stretch.len() == samples {
+    if clock.jitter > Clock::UNIFORM || !cuts {
         options.extend(["--resample", &step]);
         if !held.is_empty() {
             options.extend(["--hold", &held]);
@@ -110,16 +152,29 @@ fn even_spacing(look: &Look, clock: &Clock, sample_time: f64, inputs: &[usize]) 
     options.extend(["-o", "prepared.csv"]);
     let why = "The samples are not evenly spaced, which every identification needs.".to_owned();
     let mut suggestion = Suggestion::new("prepare", &options, why);
-    if stretch.len() < samples {
+    if !outliers.is_empty() {
+        suggestion
+            .notes
+            .push("Outliers become missing samples, and are interpolated.".to_owned());
+    }
+    if !cuts && !clock.gaps.is_empty() {
+        let lost = clock
+            .gaps
+            .iter()
+            .map(|gap| (gap.steps - 1.0).round().max(1.0) as usize)
+            .sum();
+        suggestion
+            .notes
+            .push(format!("This interpolates {}.", counted(lost, "lost sample")));
+    }
+    if cuts {
         let text = format!(
             "This keeps the longest part without a gap: {} of {samples} samples.",
             stretch.len()
         );
         suggestion.notes.push(text);
     }
-    suggestion
-        .notes
-        .push("Then look again: flexure look prepared.csv".to_owned());
+    suggestion.notes.push(LOOK_AGAIN.to_owned());
     suggestion
 }
 
@@ -317,9 +372,7 @@ fn repair(look: &Look, file: &RecordFile, columns: &[usize]) -> Suggestion {
             missing.len()
         ),
     });
-    suggestion
-        .notes
-        .push("Then look again: flexure look prepared.csv".to_owned());
+    suggestion.notes.push(LOOK_AGAIN.to_owned());
     suggestion
 }
 
@@ -336,6 +389,9 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
     gaps.extend((several && incomplete(signals.output)).then_some(signals.output));
     if !gaps.is_empty() {
         return Some(repair(look, file, &gaps));
+    }
+    if !output.outliers.is_empty() {
+        return without_outliers(&[output]);
     }
     let inputs: Vec<&str> = signals.inputs.iter().map(name).collect();
     let joined = inputs.join(",");
@@ -362,13 +418,6 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
     options.extend(step.iter().flat_map(|step| ["--sample-time", step.as_str()]));
     options.extend(["-o", "model.json", "--report", "report.html"]);
     let mut suggestion = Suggestion::new("identify", &options, why);
-    if !output.outliers.is_empty() {
-        let text = format!(
-            "flexure prepare, --outliers {}, makes the output's outliers missing samples.",
-            output.name
-        );
-        suggestion.notes.push(text);
-    }
     if !signals.others.is_empty() {
         let others: Vec<String> = signals.others.iter().map(|i| format!("'{}'", name(i))).collect();
         let are = if others.len() == 1 { "an output" } else { "outputs" };

@@ -182,17 +182,21 @@ pub(super) fn resample(
         .collect();
     if !held.is_empty() {
         text.push_str(&format!(
-            "; {} keep their values between samples",
-            quoted(held.into_iter())
+            "; {} between samples",
+            match held[..] {
+                [name] => format!("'{name}' keeps its value"),
+                _ => format!("{} keep their values", quoted(held.into_iter())),
+            }
         ));
     }
     for column in &table.columns {
         let missing = column.samples.iter().filter(|x| !x.is_finite()).count();
         if missing > 0 {
             text.push_str(&format!(
-                "; {} of '{}' are missing, in gaps",
+                "; {} of '{}' {} missing, in gaps",
                 samples(missing),
-                column.name
+                column.name,
+                if missing == 1 { "is" } else { "are" }
             ));
         }
     }
@@ -214,8 +218,9 @@ pub(super) fn fill(table: &mut Table, longest_gap: usize, done: &mut Vec<Done>) 
         );
         if missing > 0 {
             text.push_str(&format!(
-                "; {} in longer gaps, or at the ends, stay missing",
-                grouped(missing)
+                "; {} in longer gaps, or at the ends, {} missing",
+                grouped(missing),
+                if missing == 1 { "stays" } else { "stay" }
             ));
         }
         say(done, "fill", text);

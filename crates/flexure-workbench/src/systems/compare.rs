@@ -2,7 +2,7 @@
 
 use anyhow::{Context as _, Result};
 use flexure::text::number;
-use flexure_io::{ModelFile, RecordFile, RecordMark};
+use flexure_io::{ModelFile, RecordFile};
 use flexure_report::data::{Axis, Comparison, ComparisonPage, Prediction, Table};
 use serde_json::{Value, json};
 
@@ -30,8 +30,6 @@ pub struct ComparedModel {
 struct Outcome {
     compared: ComparedModel,
     judged: Judged,
-    /// Whether the model was identified from this very record.
-    seen: bool,
 }
 
 /// Models on one record, the best fit first.
@@ -64,9 +62,7 @@ impl Compared {
                 ..judging
             };
             let judged = Judged::new(&compared.model, file, columns, judging).with_context(|| compared.name.clone())?;
-            let mark = RecordMark::new(&file.name(), &file.record, &[&inputs[..], &[output]].concat())?;
-            let seen = compared.model.was_identified_from(&mark);
-            Ok(Outcome { compared, judged, seen })
+            Ok(Outcome { compared, judged })
         };
         let mut outcomes = models.into_iter().map(judge).collect::<Result<Vec<_>>>()?;
         outcomes.sort_by(|a, b| b.fit().total_cmp(&a.fit()));
@@ -91,7 +87,7 @@ impl Compared {
 
     /// What the mark means, where a model has it.
     fn remark(&self) -> Option<String> {
-        let seen = self.outcomes.iter().filter(|o| o.seen).count();
+        let seen = self.outcomes.iter().filter(|o| o.judged.seen).count();
         (seen > 0).then(|| {
             let which = match seen {
                 1 => "was identified from this very record, so its row says",
@@ -163,7 +159,7 @@ impl Outcome {
     /// The cells of the model's row.
     fn row(&self) -> [String; 6] {
         let ComparedModel { name, model, .. } = &self.compared;
-        let mark = if self.seen { SEEN } else { "" };
+        let mark = if self.judged.seen { SEEN } else { "" };
         let holds = if self.judged.verdict.holds() { "yes" } else { "no" };
         [
             format!("{name}{mark}"),
@@ -181,7 +177,6 @@ impl Outcome {
         object["model"] = json!(name);
         object["structure"] = json!(model.structure);
         object["order"] = json!(model.order);
-        object["identified_from_this_record"] = json!(self.seen);
         object
     }
 

@@ -242,6 +242,8 @@ fn entries<'a>(block: &'a Block, inputs: &[&'a [f64]]) -> Vec<Entry<'a>> {
 pub struct Outside {
     /// How many samples.
     pub samples: usize,
+    /// At which instants.
+    pub at: Vec<usize>,
     /// Whether the nonlinearity has the value of the nearest end at all of them.
     held: bool,
     /// Whether the input itself enters the nonlinearity.
@@ -253,13 +255,15 @@ impl Outside {
     pub fn new(block: &Block, inputs: &[&[f64]]) -> Self {
         let mut outside = Outside {
             samples: 0,
+            at: Vec::new(),
             held: true,
             direct: true,
         };
         if let Block::Surface(surface) = entrance(block) {
             let samples = inputs.first().map_or(0, |u| u.len());
             let at = |n: usize| inputs.iter().map(|u| u[n]).collect::<Vec<f64>>();
-            outside.samples = (0..samples).filter(|n| !surface.covers(&at(*n))).count();
+            outside.at = (0..samples).filter(|n| !surface.covers(&at(*n))).collect();
+            outside.samples = outside.at.len();
         }
         for Entry {
             curve, into, direct, ..
@@ -267,13 +271,24 @@ impl Outside {
         {
             outside.direct &= direct;
             let (x, last) = (curve.x(), curve.x().len() - 1);
-            for &v in into.iter().filter(|&&v| !curve.covers(v)) {
+            for (n, &v) in into.iter().enumerate().filter(|(_, v)| !curve.covers(**v)) {
                 let end = if v < x[0] { 0 } else { last };
                 outside.samples += 1;
+                outside.at.push(n);
                 outside.held &= curve.value(v) == curve.y()[end];
             }
         }
+        outside.at.sort_unstable();
         outside
+    }
+
+    /// Whether each of so many samples follows an excursion within the time that the model takes to settle.
+    pub fn affected(&self, samples: usize, settling: usize) -> Vec<bool> {
+        let mut affected = vec![false; samples];
+        for &n in &self.at {
+            affected[n..samples.min(n + settling + 1)].fill(true);
+        }
+        affected
     }
 
     /// What the user should know about it.

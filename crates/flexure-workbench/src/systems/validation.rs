@@ -3,7 +3,7 @@
 use anyhow::{Result, bail};
 use flexure::error::DataError;
 use flexure::identify::Verdict;
-use flexure_io::{ModelFile, RecordFile};
+use flexure_io::{ModelFile, RecordFile, RecordMark};
 use serde_json::{Value, json};
 
 use crate::lines::{Lines, Tone};
@@ -37,6 +37,10 @@ pub struct Judged {
     /// The model's run.
     pub free: FreeRun,
     outside: Outside,
+    /// The verdict on the samples on which no excursion of the input acts, if there is any.
+    within: Option<Verdict>,
+    /// Whether the model was identified from this very record.
+    pub seen: bool,
 }
 
 impl Judged {
@@ -68,22 +72,35 @@ impl Judged {
         let start = judging.initial_state.or((skip >= settling).then_some(Start::Steady));
         let free = FreeRun::new(&model.block, file, inputs, Some(y), start)?;
         let present: Vec<usize> = (skip..y.len()).filter(|&i| !y[i].is_nan()).collect();
-        let fresh = |v: &[f64]| present.iter().map(|&i| v[i]).collect::<Vec<f64>>();
-        let columns: Vec<Vec<f64>> = u.iter().map(|u| fresh(u)).collect();
-        let fresh_inputs: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-        let verdicts = Verdict::of_inputs(&fresh_inputs, &fresh(y), &fresh(&free.output), model.estimated)
-            .map_err(|error| file.locate(named(error, output)))?;
-        if let Some((name, u)) = inputs.iter().zip(&fresh_inputs).find(|(_, u)| is_constant(u)) {
-            let (column, value) = ((*name).to_owned(), u[0]);
+        let verdicts = |at: &[usize]| {
+            let of = |v: &[f64]| at.iter().map(|&i| v[i]).collect::<Vec<f64>>();
+            let columns: Vec<Vec<f64>> = u.iter().map(|u| of(u)).collect();
+            let inputs: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+            Verdict::of_inputs(&inputs, &of(y), &of(&free.output), model.estimated)
+        };
+        let judged = verdicts(&present).map_err(|error| file.locate(named(error, output)))?;
+        let constant = |u: &&[f64]| is_constant(&present.iter().map(|&i| u[i]).collect::<Vec<f64>>());
+        if let Some((name, u)) = inputs.iter().zip(&u).find(|(_, u)| constant(u)) {
+            let (column, value) = ((*name).to_owned(), u[present[0]]);
             return Err(file.locate(flexure::Error::constant(column, value)).into());
         }
-        let Some(verdict) = Verdict::worst(&verdicts) else {
+        let Some(verdict) = Verdict::worst(&judged) else {
             bail!("the model has no input");
+        };
+        let mark = RecordMark::new(&file.name(), &file.record, &[inputs, &[output]].concat())?;
+        let outside = Outside::new(&model.block, &u);
+        let affected = outside.affected(y.len(), settling);
+        let within: Vec<usize> = present.iter().copied().filter(|&i| !affected[i]).collect();
+        let within = match within.len() < present.len() {
+            true => verdicts(&within).ok().and_then(|all| Verdict::worst(&all).cloned()),
+            false => None,
         };
         Ok(Judged {
             verdict: verdict.clone(),
+            within: within.filter(|within| within.residuals.is_some()),
+            seen: model.was_identified_from(&mark),
             skip,
-            outside: Outside::new(&model.block, &u),
+            outside,
             free,
         })
     }
@@ -101,9 +118,16 @@ impl Judged {
             "initial_state_samples": self.free.estimated_from,
             "holds": verdict.holds(),
             "misfit": verdict.misfit(),
-            "verdict": verdict.text(),
+            "verdict": on_this_record(verdict),
+            "identified_from_this_record": self.seen,
             "residual_tests": tests(verdict),
             "samples_outside_range": self.outside.samples,
+            "within_range": self.within.as_ref().map(|within| json!({
+                "samples": within.measures.samples,
+                "fit_percent": within.measures.fit_percent,
+                "rms": within.measures.rms,
+                "holds": within.holds(),
+            })),
         })
     }
 
@@ -119,7 +143,13 @@ impl Judged {
                 verdict.in_short()
             ),
         );
-        lines.sentence(verdict.text());
+        if self.seen {
+            lines.warning(
+                "this is the record that the model was identified from: the figures say little about fresh data"
+                    .to_owned(),
+            );
+        }
+        lines.sentence(on_this_record(verdict));
         lines.item(
             "RMS error",
             format!(
@@ -153,8 +183,31 @@ impl Judged {
         if let Some(warning) = self.outside.remark() {
             lines.warning(warning);
         }
+        if let Some(within) = self.within.as_ref().filter(|_| !verdict.holds()) {
+            lines.warning(self.without_excursions(within));
+        }
         lines
     }
+
+    /// What a model that does not hold is worth where the input stays in the range that it was identified in.
+    fn without_excursions(&self, within: &Verdict) -> String {
+        let measures = &within.measures;
+        let there = match within.holds() {
+            true => "holds: identify it from data that reach as far as these",
+            false => "does not hold either",
+        };
+        format!(
+            "on the {} samples on which no such excursion acts, the fit is {:.2} % and the model {there}",
+            measures.samples, measures.fit_percent
+        )
+    }
+}
+
+/// The verdict in sentences: of a record that may be none of fresh data.
+fn on_this_record(verdict: &Verdict) -> String {
+    let text = verdict.text();
+    text.replace("On fresh data", "On this record")
+        .replace("on fresh data", "on this record")
 }
 
 /// The samples that a model takes to settle.

@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::outcome::{Verdict, Warning};
 use crate::error::{DataError, Error, Result};
 use crate::linear::correlation::{cross_covariance, variance};
-use crate::nonlinearity::Curve;
+use crate::nonlinearity::{Curve, Outside};
 use crate::record::check_values;
 use crate::validation::whiteness;
 
@@ -107,6 +107,7 @@ pub(super) fn warn_of_range(curve: &Curve, fresh: &[f64], warnings: &mut Vec<War
             percent,
             low: x[0],
             high: x[x.len() - 1],
+            continued: curve.outside() == Outside::Linear,
         });
     }
 }

@@ -63,8 +63,8 @@ pub enum Warning {
     NoStaticGain,
     /// The fresh part's input leaves the range in which the nonlinearity was estimated.
     #[error(
-        "{percent:.1} % of the fresh part's input lies outside the range [{}, {}] of the fit, where the curve is held at its end value",
-        number(*.low), number(*.high)
+        "{percent:.1} % of the fresh part's input lies outside the range [{}, {}] of the fit, where the curve is {}",
+        number(*.low), number(*.high), if *.continued { "continued straight" } else { "held at its end value" }
     )]
     OutsideRange {
         /// Share of the fresh samples.
@@ -73,6 +73,8 @@ pub enum Warning {
         low: f64,
         /// Largest input of the fit.
         high: f64,
+        /// Whether the curve goes on straight there; else it has the value of its end.
+        continued: bool,
     },
     /// The model predicts no better than the output's mean.
     #[error(

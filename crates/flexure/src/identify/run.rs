@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::block::Prepared;
+use super::checks::warn_of_range;
 use super::outcome::{Verdict, Warning};
 use super::request::{Progress, Request, Structure};
 use super::result::{BlockKind, Detail, Identification, NamedBlock, Path, Place, Score, Values};
@@ -45,13 +46,19 @@ impl Run {
     ) -> Result<Self> {
         let predicted = free_run(&model, samples)?;
         let verdicts = samples.verdicts(&predicted, parameters.into())?;
+        let mut warnings = samples.warnings(&verdicts);
+        for (path, u) in paths.iter().zip(&samples.u) {
+            if let Some(BlockKind::Static(block)) = path.blocks.first().map(|block| &block.kind) {
+                warn_of_range(&block.curve, &u[samples.fitted..], &mut warnings);
+            }
+        }
         Ok(Run {
             model,
             paths,
             output_offset: 0.0,
             fitted: samples.fitted,
             predicted,
-            warnings: samples.warnings(&verdicts),
+            warnings,
             verdicts,
         })
     }

@@ -1,7 +1,8 @@
 //! A column by itself: its range, what is missing, its levels, where it stands still at an extreme, and what stands alone.
 
 use super::limits::{
-    FEWEST_SAMPLES, MOST_OUTLIERS, OUTLIER, OUTLIER_SIZE, ROUNDING, STOP_RATIO, STOP_RUN, STOP_SHARE, STOP_STEPS,
+    FEWEST_SAMPLES, MOST_OUTLIERS, OUTLIER, OUTLIER_SIZE, ROUNDING, STOP_HELD, STOP_RATIO, STOP_RUN, STOP_SHARE,
+    STOP_STEPS,
 };
 use super::quantisation::Quantisation;
 use super::spectrum::Spectrum;
@@ -131,17 +132,19 @@ fn counts(samples: &[f64]) -> bool {
 
 /// The standstill at an extreme of a column whose values, in increasing order, are `sorted`.
 fn stop(samples: &[f64], sorted: &[f64], extreme: f64, step: f64) -> Option<Stop> {
-    let (mut at, mut run, mut longest) = (0, 0, 0);
-    for &v in samples {
-        run = if v == extreme { run + 1 } else { 0 };
-        at += usize::from(v == extreme);
-        longest = longest.max(run);
-    }
+    let runs = || samples.chunk_by(|a, b| a == b);
+    let at_extreme = || runs().filter(|run| run[0] == extreme).map(<[f64]>::len);
+    let (at, longest) = (at_extreme().sum::<usize>(), at_extreme().max().unwrap_or(0));
+    // How long a usual sample's value is held.
+    let mut held: Vec<usize> = runs().flat_map(|run| vec![run.len(); run.len()]).collect();
+    held.sort_unstable();
+    let usual = held.get(held.len() / 2).copied().unwrap_or(1);
     let within = |low: f64, high: f64| sorted.partition_point(|v| *v < high) - sorted.partition_point(|v| *v < low);
     // What is as near to the extreme as the next step, without the extreme itself.
     let near = within(extreme - 1.5 * step, extreme + 1.5 * step) - at;
-    let stands =
-        longest >= STOP_RUN && at as f64 > STOP_SHARE * sorted.len() as f64 && at as f64 > STOP_RATIO * near as f64;
+    let stands = longest >= STOP_RUN.max(STOP_HELD * usual)
+        && at as f64 > STOP_SHARE * sorted.len() as f64
+        && at as f64 > STOP_RATIO * near as f64;
     stands.then_some(Stop {
         value: extreme,
         samples: at,

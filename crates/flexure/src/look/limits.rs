@@ -19,6 +19,9 @@ pub(super) const FEWEST_ON_GRID: usize = 12;
 pub(super) const STOP_SHARE: f64 = 0.002;
 /// Samples in a row of which the longest standstill at an extreme has at least so many: as for a joint's torque.
 pub(super) const STOP_RUN: usize = 5;
+/// The same in units of how long the column usually holds a value: a command that is held for seven samples is held so at its ends, too.
+/// Convention.
+pub(super) const STOP_HELD: usize = 2;
 /// Samples at an extreme for each in the next step of the range: the quantised sine, whose density is greatest at its extremes, has
 /// at most $1/(\sqrt 2 - 1) = 2.4$.
 pub(super) const STOP_RATIO: f64 = 5.0;

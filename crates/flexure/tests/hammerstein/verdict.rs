@@ -109,7 +109,7 @@ fn a_range_that_was_not_covered_is_named() {
     let y = u.iter().map(|u| u + u * u).collect();
     let result = identify(&record(u, y));
     let outside = result.warnings.iter().find_map(|w| match w {
-        Warning::OutsideRange { percent, low, high } => Some((*percent, *low, *high)),
+        Warning::OutsideRange { percent, low, high, .. } => Some((*percent, *low, *high)),
         _ => None,
     });
     let (percent, low, high) = outside.unwrap();

@@ -124,7 +124,10 @@ pub(super) fn judge<'a>(candidates: &[Judged<'a>], inputs: &[&[f64]]) -> Judgeme
         .into_iter()
         .filter(|i| Some(complexity(candidates[*i].structure)) == simplest);
     let tier: Vec<usize> = tier.collect();
-    let chosen = smallest(&squares, tier.iter().copied());
+    // As good as each other: the one with the fewest parameters.
+    let parameters = |i: &usize| candidates[*i].verdict.estimated.map_or(0, |e| e.parameters);
+    let fewest = tier.iter().map(parameters).min();
+    let chosen = smallest(&squares, tier.iter().copied().filter(|i| Some(parameters(i)) == fewest));
     let refuted_by: Vec<Vec<Refutation>> = candidates
         .iter()
         .zip(worse)

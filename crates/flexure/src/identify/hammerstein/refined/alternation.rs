@@ -1,12 +1,17 @@
 //! From a start to the minimum: linear part, noise, breakpoints and all coefficients in turn.
 //!
 //! The breakpoints are chosen on the memory-removed output z (Hasiewicz & Mzyk 2009, whitened), then both blocks move together:
-//! $$ z_n = \varphi(u_n) + \frac{(\tilde G^* \tilde e)_n}{\sum_j \tilde k_j^2}. $$
+//! $$ z_n = \varphi(u_n) + \frac{(\tilde G^* \tilde e)_n}{D \sum_j \tilde k_j^2}, \quad
+//!    D = 1 + 2 \sum_{j > 0} c_j r_j. $$
 //! Here e is the output error of the present model, R(z) the autoregression that whitens it, and $\tilde e = R e$. The linear part seen
 //! through the whitening is $\tilde G = R B / A$ with the impulse response $\tilde k$; $\tilde G^*$ is its adjoint, the same filter in
 //! reversed time. The sample u_n reaches the whitened output at n, n + 1, ... with the weights $\tilde k_0, \tilde k_1, ...$ So the
 //! fraction is the least-squares estimate, from all these samples, of how far phi(u_n) is from the model. z is what a regression that
 //! knows the linear part would see: the value of phi plus noise that does not depend on the input.
+//!
+//! D is 1 for a white input. Where the input is coloured, or held for several samples, the samples around u_n have nearly its value, and
+//! what phi is wrong there acts through all of them: c are the autocorrelations of the input, r those of $\tilde k$. With D = 1 the
+//! values of a dead zone under an input that is held for 7 samples would be so far off that 20 jumps are found in place of two kinks.
 
 use super::super::options::RefinedHammerstein;
 use super::super::realisation::ChosenOrder;
@@ -15,7 +20,8 @@ use super::blocks::{Blocks, Observed};
 use super::cells::Cells;
 use super::descent::{Descended, descend};
 use super::limits::{
-    LAST_STEPS, LONGEST_RESPONSE, PASSES, SETTLED_RESPONSE, SHORTEST_MEMORY, STEPS, UNCHANGED_NOISE, UNCHANGED_PLACE,
+    LAST_STEPS, LONGEST_RESPONSE, PASSES, SEEN_CORRELATION, SETTLED_RESPONSE, SHORTEST_MEMORY, STEPS, UNCHANGED_NOISE,
+    UNCHANGED_PLACE,
 };
 use super::linear_part::LinearPart;
 use super::loss::Equations;
@@ -24,6 +30,7 @@ use super::stepwise::Costs;
 use crate::interrupt;
 use crate::linear::TransferFunction;
 use crate::linear::autoregression::{SAMPLES_PER_COEFFICIENT, whitening};
+use crate::linear::correlation::cross_covariance;
 use crate::sort;
 
 /// The lags after which the response has settled.
@@ -45,10 +52,38 @@ pub(super) struct Minimum {
     pub variance: f64,
 }
 
-/// Noisy values of the nonlinearity at the samples, and their noise's variance.
+/// Noisy values of the nonlinearity at the samples.
 struct NoisyValues {
     values: Vec<f64>,
+    /// The variance of their noise, as if it were independent between samples.
     variance: f64,
+    /// D.
+    dependence: f64,
+}
+
+/// The autocorrelations of the input from lag 1 on, zero where chance explains them.
+pub(super) fn input_correlations(u: &[f64]) -> Vec<f64> {
+    let covariance = cross_covariance(u, u, LONGEST_RESPONSE.min(u.len() / 5));
+    let limit = SEEN_CORRELATION / (u.len() as f64).sqrt();
+    let seen = |c: &f64| {
+        if (c / covariance[0]).abs() > limit {
+            c / covariance[0]
+        } else {
+            0.0
+        }
+    };
+    covariance[1..].iter().map(seen).collect()
+}
+
+/// D, at least 1.
+fn dependence(input: &[f64], response: &[f64], energy: f64) -> f64 {
+    let correlation = |lag: usize| -> f64 {
+        let later = response.get(lag..).unwrap_or_default();
+        later.iter().zip(response).map(|(a, b)| a * b).sum::<f64>() / energy
+    };
+    let seen = input.iter().enumerate().filter(|(_, c)| **c != 0.0);
+    let sum: f64 = seen.map(|(i, c)| c * correlation(i + 1)).sum();
+    (1.0 + 2.0 * sum).max(1.0)
 }
 
 impl Minimum {
@@ -69,6 +104,8 @@ impl Minimum {
 pub(super) struct Alternation<'a> {
     pub cells: &'a Cells,
     pub method: &'a RefinedHammerstein,
+    /// Those of [`input_correlations`].
+    pub input: &'a [f64],
     /// The nonlinearity at the samples, less its mean.
     pub w: Vec<f64>,
     pub linear: LinearPart,
@@ -107,7 +144,8 @@ impl Alternation<'_> {
         let whitening = self.whitening(observed, &blocks.errors(observed));
         let Descended { blocks, equations } = descend(blocks, observed, &whitening, LAST_STEPS);
         (self.w, self.linear) = (blocks.signal(observed.u), blocks.linear.clone());
-        let NoisyValues { values, variance } = self.memory_removed(observed, &whitening, &blocks.errors(observed))?;
+        let NoisyValues { values, variance, .. } =
+            self.memory_removed(observed, &whitening, &blocks.errors(observed))?;
         Some(Minimum {
             blocks,
             equations,
@@ -134,14 +172,15 @@ impl Alternation<'_> {
         }
         let errors = observed.errors(&self.linear.filter(&observed.experiments, &self.w), self.offset);
         let whitening = self.whitening(observed, &errors);
-        let NoisyValues { values, variance } = self.memory_removed(observed, &whitening, &errors)?;
+        let noisy = self.memory_removed(observed, &whitening, &errors)?;
         let selection = select(
             self.cells,
             observed.u,
-            &values,
+            &noisy.values,
             &self.terms,
             &Costs {
-                variance,
+                // Among dependent samples a single one can pass for a jump: a breakpoint has to pay as if it were alone.
+                variance: noisy.dependence * noisy.variance,
                 smooth: false,
             },
         );
@@ -194,9 +233,12 @@ impl Alternation<'_> {
             return None;
         }
         let back = combined.filter_back(&observed.experiments, &white);
+        let dependence = dependence(self.input, &response, energy);
+        let weight = 1.0 / (dependence * energy);
         Some(NoisyValues {
-            values: self.w.iter().zip(&back).map(|(w, g)| w + g / energy).collect(),
-            variance: power / energy,
+            values: self.w.iter().zip(&back).map(|(w, g)| w + weight * g).collect(),
+            variance: weight * power,
+            dependence,
         })
     }
 }

@@ -9,7 +9,7 @@ use super::alternation::Minimum;
 use super::blocks::Blocks;
 use super::cells::Cells;
 use super::form_fit::MemoryRemoved;
-use super::limits::{DERIVATIVE_STEP, JUMP_WIDTH, POINTS, SINGULAR_RIDGE};
+use super::limits::{DERIVATIVE_STEP, END_SHARE, JUMP_WIDTH, POINTS, SINGULAR_RIDGE};
 use super::piecewise::{Breakpoint, Term, breakpoints};
 use crate::error::Result;
 use crate::identify::block::UnitDiagonal;
@@ -72,7 +72,7 @@ impl CalibratedBlocks {
                 deviation: gain.abs() * minimum.variance.sqrt(),
             },
             linear: delayed(linear.b(), linear.transfer.a(), gain, linear.delay)?,
-            curve: Curve::new(at, ordinates, Outside::Nearest)?,
+            curve: Curve::new(at, ordinates, outside(&minimum.terms, cells))?,
             offset: output_offset,
             warning,
         })
@@ -208,6 +208,24 @@ impl Spread {
             errors: vec![0.0; points + coefficients],
             coefficients: Vec::new(),
         }
+    }
+}
+
+/// Straight on where both end pieces have samples enough to know their slope; else the value of the end.
+fn outside(terms: &[Term], cells: &Cells) -> Outside {
+    let total: f64 = cells.count.iter().sum();
+    let share = |in_piece: &dyn Fn(f64, f64) -> bool| {
+        let at = |s: f64| {
+            terms
+                .iter()
+                .all(|t| !matches!(t, Term::TruncatedPower { at, .. } if !in_piece(s, *at)))
+        };
+        let samples = cells.s.iter().zip(&cells.count).filter(|(s, _)| at(**s));
+        samples.map(|(_, count)| count).sum::<f64>() / total
+    };
+    match share(&|s, at| s < at).min(share(&|s, at| s >= at)) >= END_SHARE {
+        true => Outside::Linear,
+        false => Outside::Nearest,
     }
 }
 

@@ -26,6 +26,9 @@ pub(super) const UNCHANGED_NOISE: f64 = 2e-4;
 pub(super) const UNCHANGED_PLACE: f64 = 0.02;
 /// Alternation: most samples of the whitened impulse response, for its energy. Convention.
 pub(super) const LONGEST_RESPONSE: usize = 2000;
+/// Alternation: an autocorrelation of the input is seen from so many standard deviations of white noise on. Convention: of 2000 lags of a
+/// white input one is beyond that in a thousandth of the records.
+pub(super) const SEEN_CORRELATION: f64 = 5.0;
 
 /// Output error: the share of the output's variance that a free run leaves where another start is tried. Convention: noise at 10 dB.
 pub(super) const POOR: f64 = 0.1;
@@ -89,6 +92,9 @@ pub(super) const DAMPING_AFTER_RISE: f64 = 30.0;
 pub(super) const LEAST_RAISED: f64 = 1e-5;
 pub(super) const MOST_DAMPING: f64 = 1e4;
 
+/// Result: beyond the data the curve goes on straight where each of its two end pieces has this share of the samples. Convention: the slope
+/// of a piece with a few samples is not known.
+pub(super) const END_SHARE: f64 = 0.05;
 /// Result: evenly spaced points of the tabulated nonlinearity. Convention.
 pub(super) const POINTS: usize = 401;
 /// Result: the distance of the two points on either side of a jump, in the unit coordinate. Convention.

@@ -56,7 +56,7 @@ use crate::linear::correlation::mean;
 use crate::model::Block;
 use crate::record::Record;
 use crate::validation::Estimated;
-use alternation::{Alternation, Minimum, memory};
+use alternation::{Alternation, Minimum, input_correlations, memory};
 use blocks::Observed;
 use calibrated::CalibratedBlocks;
 use cells::Cells;
@@ -147,9 +147,11 @@ impl RefinedHammerstein {
         w.iter_mut().for_each(|w| *w -= level);
         let start = LinearPart::new(&linear.b()[plain.delay..], &linear.a()[1..], plain.delay);
         let plain_squares = observed.squares(&start.filter(&observed.experiments, &w));
+        let input = input_correlations(observed.u);
         let alternation = Alternation {
             cells: &cells,
             method: self,
+            input: &input,
             w,
             linear: start,
             keeps_orders: false,

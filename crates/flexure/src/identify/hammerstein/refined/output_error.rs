@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 
 use super::super::super::block::{Monitor, Prepared, hammerstein_branches};
 use super::super::options::RefinedHammerstein;
-use super::alternation::{Alternation, Minimum, memory};
+use super::alternation::{Alternation, Minimum, input_correlations, memory};
 use super::blocks::Observed;
 use super::cells::Cells;
 use super::experiments::Experiments;
@@ -67,6 +67,7 @@ impl RefinedHammerstein {
         let alternation = Alternation {
             cells,
             method: &method,
+            input: &input_correlations(u),
             w,
             linear: LinearPart::new(transfer.b(), &transfer.a()[1..], branch.delay),
             keeps_orders: true,
