@@ -91,11 +91,15 @@ fn begins_with_columns(record: &Path, model: &ModelFile) -> bool {
         return false;
     }
     let line = String::from_utf8_lossy(&line);
-    model
-        .inputs
-        .iter()
-        .chain([&model.output])
-        .all(|name| line.contains(name.as_str()))
+    let fields = line.split([',', ';', '\t']);
+    let fields: Vec<&str> = fields.map(|field| field.trim_matches(['"', ' ', '\r', '\n'])).collect();
+    // Behind a name its unit may stand.
+    let is_called = |field: &str, name: &str| {
+        let rest = field.strip_prefix(name);
+        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with([' ', '[', '(']))
+    };
+    let mut names = model.inputs.iter().chain([&model.output]);
+    names.all(|name| fields.iter().any(|field| is_called(field, name)))
 }
 
 /// An option with its value, as it is typed.

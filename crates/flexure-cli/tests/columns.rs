@@ -163,3 +163,21 @@ fn a_model_says_how_records_like_its_own_are_read() {
     assert!(!folder.read("tidy.json").contains("\"reading\"") && !folder.read("tidy.json").contains("\"missing\""));
     folder.done("validate tidy.json r.csv");
 }
+
+/// A later log may have no lines before its table.
+#[test]
+fn lines_before_the_table_are_skipped_only_where_there_are_any() {
+    let folder = Folder::new();
+    let table = |seed: u64| {
+        let record = known(600, seed);
+        let field = |name: &str, k: usize| record.column(name).unwrap()[k];
+        let rows = (0..600).map(|k| format!("{};{}\n", field("u", k), field("y", k)));
+        format!("\"u [V]\";y\n{}", rows.collect::<String>())
+    };
+    folder.write("log.csv", format!("logger 7\nstarted at noon\n{}", table(1)));
+    folder.write("tidy.csv", table(2));
+    folder.done("identify log.csv --skip-lines 2 -o model.json");
+    let tidy = folder.json("validate model.json tidy.csv");
+    assert_eq!(tidy["holds"], true);
+    assert_eq!(folder.json("validate model.json tidy.csv --skip-lines 0"), tidy);
+}

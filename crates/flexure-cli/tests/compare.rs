@@ -113,6 +113,20 @@ fn what_cannot_be_compared_is_said() {
         "compare good.json fresh.csv fresh.csv",
         "fresh.csv, line 1, column 1: the text is not JSON (expected value); models are written by `flexure identify -o`",
     );
+    // The other way round.
+    folder.failed(
+        "validate fresh.csv good.json",
+        "fresh.csv, line 1, column 1: the text is not JSON (expected value); models are written by `flexure identify -o`",
+    );
+    folder.write("quoted.csv", "\"u\",\"y\"\n1,2\n");
+    folder.failed(
+        "validate quoted.csv good.json",
+        "quoted.csv: not a model file; a command takes the model first, then the record",
+    );
+    folder.failed(
+        "compare good.json fresh.csv linear.json",
+        "linear.json, line 1: this is a model, not a record; a command takes models first, then the record",
+    );
     let outcome = folder.run("compare fresh.csv");
     assert_eq!(outcome.code, Some(2));
 }

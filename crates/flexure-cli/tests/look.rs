@@ -330,3 +330,62 @@ fn nothing_to_identify() {
     assert!(next(&text).starts_with("--input A --output Y"), "{text}");
     assert!(folder.read("look.html").contains("left"));
 }
+
+/// A log as a logger in Germany writes it: a lost sample, two codes for "no value", a command that is held for seven samples.
+#[test]
+fn an_untidy_log_leads_to_a_model_by_the_commands_that_are_printed() {
+    let folder = Folder::new();
+    let levels = common::known(300, 9).column("u").unwrap().to_vec();
+    let u: Vec<f64> = (0..2100).map(|k| levels[k / 7]).collect();
+    let force: Vec<f64> = u.iter().map(|u| u.signum() * (u.abs() - 0.4).max(0.0)).collect();
+    let noise = common::known(2100, 10).column("u").unwrap().to_vec();
+    let y = common::filter(&[0.014], &[1.0, -1.73, 0.744], &force, 0.0);
+    let value = |k: usize| match [400, 1700].contains(&k) {
+        true => -9999.0,
+        false => y[k] + 0.003 * noise[k],
+    };
+    let rows = (0..2100).filter(|k| *k != 1000);
+    let rows = rows.map(|k| format!("{:.3};{:.4};{:.5}\n", 0.005 * k as f64, u[k], value(k)).replace('.', ","));
+    let table: String = rows.collect();
+    folder.write("log.csv", format!("Zeit [s];Strom [A];Drehzahl\n{table}"));
+    let outcome = folder.run("look log.csv");
+    let line = next(&outcome.stdout);
+    assert_eq!(
+        line,
+        "flexure prepare log.csv --outliers Drehzahl --resample 0.005 -o prepared.csv"
+    );
+    assert_eq!(typed(&folder, line).code, Some(0));
+    let again = folder.done("look prepared.csv");
+    assert!(!again.contains("clipped"), "{again}");
+    let line = next(&again);
+    assert!(
+        line.starts_with("flexure identify prepared.csv --input Strom --output Drehzahl"),
+        "{again}"
+    );
+    let found = typed(&folder, line);
+    assert!(
+        found
+            .stdout
+            .contains("Structure from 'Strom' to 'Drehzahl': Hammerstein\n"),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn outliers_that_hide_the_dependence_are_taken_out_first() {
+    let folder = Folder::new();
+    let record = common::known(600, 3);
+    let mut y = record.column("y").unwrap().to_vec();
+    (y[100], y[101], y[400]) = (-9e9, -9e9, -9e9);
+    let columns = [("a", record.column("u").unwrap().to_vec()), ("b", y)];
+    write_record(folder.path("r.csv"), &Record::new(columns).unwrap()).unwrap();
+    let text = folder.done("look r.csv");
+    let line = next(&text);
+    assert_eq!(line, "flexure prepare r.csv --outliers b --fill 2 -o prepared.csv");
+    assert_eq!(typed(&folder, line).code, Some(0));
+    let again = folder.done("look prepared.csv");
+    assert!(
+        next(&again).starts_with("flexure identify prepared.csv --input a --output b"),
+        "{again}"
+    );
+}

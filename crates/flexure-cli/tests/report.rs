@@ -2,7 +2,9 @@
 
 mod common;
 
-use common::Folder;
+use common::{Folder, filter, known};
+use flexure::Record;
+use flexure_io::write_record;
 use serde_json::Value;
 
 /// What a page plots.
@@ -58,4 +60,54 @@ fn on_another_record_all_samples_behind_the_settling_time_are_judged() {
     let subtitle = format!("judged on {} samples of fresh.csv.", judged["samples"]);
     assert!(page.contains(&subtitle), "{subtitle}");
     assert!(page.contains("flexure report model.json fresh.csv -o page.html"));
+}
+
+/// The page of `validate` is that of `report`.
+#[test]
+fn validate_writes_the_same_page() {
+    let folder = Folder::new();
+    folder.known("log.csv", 1500, 1);
+    folder.known("later.csv", 600, 2);
+    folder.done("identify log.csv --input u --output y -o model.json");
+    folder.done("report model.json later.csv -o page.html");
+    let text = folder.done("validate model.json later.csv --report same.html");
+    assert!(text.ends_with("wrote same.html\n"), "{text}");
+    assert_eq!(payload(&folder, "same.html"), payload(&folder, "page.html"));
+}
+
+/// What a model misses where its input goes beyond the range of the fit is told apart from what it misses within.
+#[test]
+fn excursions_of_the_input_are_judged_apart() {
+    let folder = Folder::new();
+    // A limiter that acts beyond what the fit sees.
+    let record = |samples: usize, seed: u64, reach: f64| {
+        let u = known(samples, seed).column("u").unwrap().to_vec();
+        let largest = u.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
+        let far = |k: usize| if k % 200 == 150 { reach } else { 1.0 };
+        let u: Vec<f64> = u.iter().enumerate().map(|(k, u)| far(k) * u / largest).collect();
+        let limited: Vec<f64> = u.iter().map(|u| u.clamp(-1.0, 1.0)).collect();
+        let noise = known(samples, seed + 50).column("u").unwrap().to_vec();
+        let y = filter(&[0.3], &[1.0, -0.7], &limited, 0.0);
+        let y = y.iter().zip(noise).map(|(y, e)| y + 0.003 * e).collect();
+        Record::new([("u", u), ("y", y)]).unwrap()
+    };
+    write_record(folder.path("log.csv"), &record(2000, 1, 1.0)).unwrap();
+    write_record(folder.path("later.csv"), &record(2000, 2, 9.0)).unwrap();
+    folder.done("identify log.csv --input u --output y -o model.json");
+    let found = folder.json("validate model.json later.csv");
+    assert_eq!(
+        (&found["holds"], &found["within_range"]["holds"]),
+        (&false.into(), &true.into())
+    );
+    let fit = |of: &Value| of["fit_percent"].as_f64().unwrap();
+    assert!(fit(&found) < 90.0 && fit(&found["within_range"]) > 95.0, "{found}");
+    let text = folder.done("validate model.json later.csv");
+    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(
+        text.contains("and the model holds: identify it from data that reach as far"),
+        "{text}"
+    );
+    // Its own record is no fresh one.
+    let own = folder.json("validate model.json log.csv");
+    assert_eq!(own["identified_from_this_record"], true);
 }

@@ -380,3 +380,22 @@ fn the_result_is_the_same_twice() {
     let record = KnownHammerstein::usual(KnownNonlinearity::Friction, linear).simulate(3000, 1);
     assert_eq!(refined(&record), refined(&record));
 }
+
+/// Motors are often driven by a command that is held for several samples. Neighbours then have one value of the nonlinearity, and
+/// the slow linear part spreads what a wrong one does over all of them.
+#[test]
+fn a_held_input_shows_the_kinks_and_no_jumps() {
+    let dead_zone = |u: f64| u.signum() * (u.abs() - 0.8).max(0.0);
+    for (hold, seed) in [(3, 21), (7, 22), (7, 23), (20, 24)] {
+        let levels = normal(seed, 3000 / hold + 1, 2.4);
+        let u: Vec<f64> = (0..3000).map(|k| levels[k / hold]).collect();
+        let w: Vec<f64> = u.iter().map(|u| 20.0 * dead_zone(*u)).collect();
+        let noise = normal(seed + 100, 3000, 0.3);
+        let y = filter(&[0.014], &[1.0, -1.73, 0.7441]).simulate(&w);
+        let y = y.iter().zip(noise).map(|(y, e)| y + e).collect();
+        let result = refined(&record(u, y));
+        let found = breakpoints(&result);
+        let near = |at: f64| found.iter().any(|b| (b.at - at).abs() < 0.08);
+        assert!(near(-0.8) && near(0.8) && found.len() <= 4, "{hold} {seed}: {found:?}");
+    }
+}
