@@ -176,7 +176,7 @@ fn lines_before_the_table_are_skipped_only_where_there_are_any() {
     };
     folder.write("log.csv", format!("logger 7\nstarted at noon\n{}", table(1)));
     folder.write("tidy.csv", table(2));
-    folder.done("identify log.csv --skip-lines 2 -o model.json");
+    folder.done("identify log.csv --input u --output y --skip-lines 2 -o model.json");
     let tidy = folder.json("validate model.json tidy.csv");
     assert_eq!(tidy["holds"], true);
     assert_eq!(folder.json("validate model.json tidy.csv --skip-lines 0"), tidy);

@@ -124,7 +124,7 @@ fn what_cannot_be_compared_is_said() {
         "quoted.csv: not a model file; a command takes the model first, then the record",
     );
     folder.failed(
-        "compare good.json fresh.csv linear.json",
+        "validate good.json linear.json",
         "linear.json, line 1: this is a model, not a record; a command takes models first, then the record",
     );
     let outcome = folder.run("compare fresh.csv");

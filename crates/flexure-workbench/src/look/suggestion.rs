@@ -76,7 +76,7 @@ pub fn suggestion(
         },
     };
     let suggestion = suggestion.map(|suggestion| match (&look.clock, sample_time) {
-        (Some(clock), Some(step)) if !clock.is_uniform => even_spacing(look, clock, step, &held),
+        (Some(clock), Some(step)) if !clock.is_uniform => even_spacing(look, file, clock, step, &held),
         _ => suggestion,
     });
     (suggestion, None)
@@ -86,6 +86,14 @@ pub fn suggestion(
 fn with_outliers(look: &Look) -> Vec<&Column> {
     let columns = (look.columns.iter().enumerate()).filter(|(i, c)| Some(*i) != look.time && !c.outliers.is_empty());
     columns.map(|(_, column)| column).collect()
+}
+
+/// Whether a column's outliers are most of its variance: then they are no signal.
+fn are_wild(column: &Column, file: &RecordFile) -> bool {
+    let samples = file.record.column(&column.name).unwrap_or_default();
+    let square = |i: &usize| samples.get(*i).map_or(0.0, |x| (x - column.mean).powi(2));
+    let of_outliers: f64 = column.outliers.iter().map(square).sum();
+    of_outliers > 0.5 * column.deviation.powi(2) * column.samples as f64
 }
 
 /// The names, as an option takes them.
@@ -111,7 +119,7 @@ fn without_outliers(columns: &[&Column]) -> Option<Suggestion> {
 }
 
 /// A preparation of a record whose samples are not evenly spaced; the inputs of few levels hold them between samples.
-fn even_spacing(look: &Look, clock: &Clock, sample_time: f64, inputs: &[usize]) -> Suggestion {
+fn even_spacing(look: &Look, file: &RecordFile, clock: &Clock, sample_time: f64, inputs: &[usize]) -> Suggestion {
     let samples = look
         .time
         .map_or(0, |i| look.columns[i].samples + look.columns[i].missing);
@@ -134,7 +142,8 @@ fn even_spacing(look: &Look, clock: &Clock, sample_time: f64, inputs: &[usize]) 
     if cuts {
         options.extend(["--cut-samples", &part]);
     }
-    let outliers = joined(&with_outliers(look));
+    let wild: Vec<&Column> = with_outliers(look).into_iter().filter(|c| are_wild(c, file)).collect();
+    let outliers = joined(&wild);
     if !outliers.is_empty() {
         options.extend(["--outliers", &outliers]);
     }
@@ -390,7 +399,7 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
     if !gaps.is_empty() {
         return Some(repair(look, file, &gaps));
     }
-    if !output.outliers.is_empty() {
+    if are_wild(output, file) {
         return without_outliers(&[output]);
     }
     let inputs: Vec<&str> = signals.inputs.iter().map(name).collect();
@@ -418,6 +427,13 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
     options.extend(step.iter().flat_map(|step| ["--sample-time", step.as_str()]));
     options.extend(["-o", "model.json", "--report", "report.html"]);
     let mut suggestion = Suggestion::new("identify", &options, why);
+    if !output.outliers.is_empty() {
+        let text = format!(
+            "flexure prepare, --outliers {}, makes the output's outliers missing samples.",
+            output.name
+        );
+        suggestion.notes.push(text);
+    }
     if !signals.others.is_empty() {
         let others: Vec<String> = signals.others.iter().map(|i| format!("'{}'", name(i))).collect();
         let are = if others.len() == 1 { "an output" } else { "outputs" };

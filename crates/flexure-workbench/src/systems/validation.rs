@@ -3,6 +3,7 @@
 use anyhow::{Result, bail};
 use flexure::error::DataError;
 use flexure::identify::Verdict;
+use flexure::validation::FitMeasures;
 use flexure_io::{ModelFile, RecordFile, RecordMark};
 use serde_json::{Value, json};
 
@@ -105,6 +106,17 @@ impl Judged {
         })
     }
 
+    /// The verdict in sentences; of the record that the model was identified from none says "fresh".
+    fn text(&self) -> String {
+        let text = self.verdict.text();
+        match self.seen {
+            true => text
+                .replace("On fresh data", "On this record")
+                .replace("on fresh data", "on this record"),
+            false => text,
+        }
+    }
+
     /// The object that `validate --json` prints.
     pub fn json(&self) -> Value {
         let (verdict, measures) = (&self.verdict, &self.verdict.measures);
@@ -118,7 +130,7 @@ impl Judged {
             "initial_state_samples": self.free.estimated_from,
             "holds": verdict.holds(),
             "misfit": verdict.misfit(),
-            "verdict": on_this_record(verdict),
+            "verdict": self.text(),
             "identified_from_this_record": self.seen,
             "residual_tests": tests(verdict),
             "samples_outside_range": self.outside.samples,
@@ -149,7 +161,7 @@ impl Judged {
                     .to_owned(),
             );
         }
-        lines.sentence(on_this_record(verdict));
+        lines.sentence(self.text());
         lines.item(
             "RMS error",
             format!(
@@ -183,31 +195,18 @@ impl Judged {
         if let Some(warning) = self.outside.remark() {
             lines.warning(warning);
         }
-        if let Some(within) = self.within.as_ref().filter(|_| !verdict.holds()) {
-            lines.warning(self.without_excursions(within));
+        let within = self.within.as_ref().filter(|within| within.holds() && !verdict.holds());
+        if let Some(FitMeasures {
+            samples, fit_percent, ..
+        }) = within.map(|within| &within.measures)
+        {
+            lines.warning(format!(
+                "on the {samples} samples on which no such excursion acts, the fit is {fit_percent:.2} % and the model holds: identify it \
+                 from data that reach as far as these"
+            ));
         }
         lines
     }
-
-    /// What a model that does not hold is worth where the input stays in the range that it was identified in.
-    fn without_excursions(&self, within: &Verdict) -> String {
-        let measures = &within.measures;
-        let there = match within.holds() {
-            true => "holds: identify it from data that reach as far as these",
-            false => "does not hold either",
-        };
-        format!(
-            "on the {} samples on which no such excursion acts, the fit is {:.2} % and the model {there}",
-            measures.samples, measures.fit_percent
-        )
-    }
-}
-
-/// The verdict in sentences: of a record that may be none of fresh data.
-fn on_this_record(verdict: &Verdict) -> String {
-    let text = verdict.text();
-    text.replace("On fresh data", "On this record")
-        .replace("on fresh data", "on this record")
 }
 
 /// The samples that a model takes to settle.
