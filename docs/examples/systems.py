@@ -94,10 +94,10 @@ def two_levels(n=3000, seed=8):
 
 
 def narrow_start(n=4000, seed=9):
-    """The motor under a voltage that is small in the first three quarters of the record, and large in the last."""
+    """The motor under a voltage that is small in the first three quarters of the record, and large in the last; its driver limits it to 2 V."""
     rng = np.random.default_rng(seed)
     voltage = rng.uniform(-1, 1, n) * np.where(np.arange(n) < 0.75 * n, 1.5, 3)
-    speed = lag(dead_zone(voltage), [1, -0.8], [4.0 * 0.2], delay=1)
+    speed = lag(dead_zone(np.clip(voltage, -2, 2)), [1, -0.8], [4.0 * 0.2], delay=1)
     return {"t": 0.01 * np.arange(n), "voltage": voltage, "speed": speed + rng.normal(0, 0.05, n)}
 
 

@@ -80,9 +80,10 @@ fn the_fit_that_identify_reports_is_found_again() {
         let [own, other] = [&found, &again].map(|object| object[key].as_f64().unwrap());
         assert!((own - other).abs() < 1e-12 * own, "{key}: {own} {other}");
     }
-    for key in ["holds", "verdict"] {
-        assert_eq!(found[key], again[key], "{key}");
-    }
+    assert_eq!(found["holds"], again["holds"]);
+    // The same sentences: but of samples before these the model was made.
+    let verdict = |of: &Value| of["verdict"].as_str().unwrap().replace("On fresh data", "On this record");
+    assert_eq!(verdict(&found), verdict(&again));
 }
 
 #[test]
