@@ -82,7 +82,12 @@ fn the_fit_that_identify_reports_is_found_again() {
     }
     assert_eq!(found["holds"], again["holds"]);
     // The same sentences: but of samples before these the model was made.
-    let verdict = |of: &Value| of["verdict"].as_str().unwrap().replace("On fresh data", "On this record");
+    let verdict = |of: &Value| {
+        of["verdict"]
+            .as_str()
+            .unwrap()
+            .replace("On fresh data", "On this record")
+    };
     assert_eq!(verdict(&found), verdict(&again));
 }
 
