@@ -12,7 +12,11 @@ from scipy.signal import lfilter
 def expected(fitted):
     """Inputs that leave the range of the data, and the output from the steady state that belongs to the first."""
     u = np.random.default_rng(3).uniform(-3, 3, 10_000)
-    w = np.interp(u, fitted.nonlinearity_.x, fitted.nonlinearity_.y)
+    x, f = fitted.nonlinearity_.x, fitted.nonlinearity_.y
+    # Beyond its points the curve goes on as a straight line.
+    w = np.interp(u, x, f)
+    for beyond, (i, j) in ((u < x[0], (0, 1)), (u > x[-1], (-1, -2))):
+        w[beyond] = f[i] + (f[i] - f[j]) / (x[i] - x[j]) * (u[beyond] - x[i])
     b, a = fitted.linear_.b, fitted.linear_.a
     return u, lfilter(b, a, w - w[0]) + np.sum(b) / np.sum(a) * w[0]
 

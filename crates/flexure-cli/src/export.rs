@@ -1,10 +1,12 @@
 //! `flexure export`: a model as code for other programs.
 
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use flexure_export::{Fmi, Format, Options};
+use flexure_export::{Artefact, Fmi, Format, Options, export_arm, to_be_compared};
+use flexure_io::arm::{ArmError, DriveKind, Paths, run_driven};
 use flexure_io::write_atomically;
 use flexure_workbench::export::exportable;
 use serde_json::json;
@@ -12,7 +14,7 @@ use serde_json::json;
 use crate::arguments;
 use crate::files::{prepare, wrote};
 use crate::output::print;
-use crate::simulate::read_arm;
+use crate::simulate::{Source, simulate};
 
 /// Write a model as code for other programs.
 ///
@@ -48,6 +50,29 @@ pub struct Arguments {
     json: bool,
 }
 
+/// An arm's files, compared with its simulation.
+fn arm(arguments: &Arguments, options: Options<'_>) -> Result<Vec<Artefact>> {
+    if !options.format.takes_arms() {
+        return Err(arguments::Usage("an arm file goes to c and fmu alone".to_owned()).into());
+    }
+    let source = Source::new(&Some(arguments.model.clone()), &None)?;
+    let file = source.arm()?;
+    let mut exact = to_be_compared(&file);
+    let folder = arguments.model.parent().unwrap_or(Path::new(""));
+    let mut run = || {
+        let record = simulate(&exact, folder, Paths::Below)?;
+        if exact.excitation.drive == DriveKind::Torque {
+            return Ok(record);
+        }
+        // The exported arm takes torques: those that the deflections need.
+        let torque = [record.column("tau1")?, record.column("tau2")?];
+        exact.excitation.drive = DriveKind::Torque;
+        run_driven(&exact, torque, &mut |_| ControlFlow::Continue(()))
+    };
+    let record = run().map_err(|error: ArmError| error.located(&source.text, &source.name))?;
+    Ok(export_arm(&file, &record, &arguments.out, options)?)
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let fmu = arguments.to == Format::Fmu;
@@ -64,7 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         compile: arguments.compile,
     };
     let artefacts = match is_arm {
-        true => flexure_export::export_arm(&read_arm(&arguments.model)?, &arguments.out, options)?,
+        true => arm(arguments, options)?,
         false => flexure_export::export(&exportable(&arguments.model)?, &arguments.out, options)?,
     };
     let paths: Vec<PathBuf> = artefacts.iter().map(|artefact| artefact.path.clone()).collect();

@@ -1,5 +1,6 @@
 //! Functional mock-up units for co-simulation (FMI 2.0 and 3.0): a zip archive of the description, the C source and, if asked for, a library.
 
+use std::collections::BTreeSet;
 use std::io::{Cursor, Write as _};
 use std::path::Path;
 use std::process::Command;
@@ -17,51 +18,114 @@ use crate::{Described, Fmi};
 /// Names that the description uses itself.
 const OWN: [&str; 2] = ["sample_time", "time"];
 
+/// Units by their names, in base units of the SI, as the description has them.
+const BASES: [(&[&str], &str); 24] = [
+    (&["s"], r#"s="1""#),
+    (&["ms"], r#"s="1" factor="0.001""#),
+    (&["m"], r#"m="1""#),
+    (&["mm"], r#"m="1" factor="0.001""#),
+    (&["rad"], r#"rad="1""#),
+    (&["deg", "°"], r#"rad="1" factor="0.017453292519943295""#),
+    (&["m/s"], r#"m="1" s="-1""#),
+    (&["m/s2", "m/s^2", "m/s²"], r#"m="1" s="-2""#),
+    (&["rad/s"], r#"rad="1" s="-1""#),
+    (&["deg/s", "°/s"], r#"rad="1" s="-1" factor="0.017453292519943295""#),
+    (
+        &["rpm", "1/min", "r/min"],
+        r#"rad="1" s="-1" factor="0.10471975511965977""#,
+    ),
+    (&["rad/s2", "rad/s^2", "rad/s²"], r#"rad="1" s="-2""#),
+    (&["Hz"], r#"s="-1""#),
+    (&["N"], r#"kg="1" m="1" s="-2""#),
+    (&["N.m", "N m", "Nm", "N·m", "N*m"], r#"kg="1" m="2" s="-2""#),
+    (&["kg"], r#"kg="1""#),
+    (&["A"], r#"A="1""#),
+    (&["mA"], r#"A="1" factor="0.001""#),
+    (&["V"], r#"kg="1" m="2" s="-3" A="-1""#),
+    (&["mV"], r#"kg="1" m="2" s="-3" A="-1" factor="0.001""#),
+    (&["W"], r#"kg="1" m="2" s="-3""#),
+    (&["Pa"], r#"kg="1" m="-1" s="-2""#),
+    (&["K"], r#"K="1""#),
+    (&["degC", "°C"], r#"K="1" offset="273.15""#),
+];
+
 /// What an archive is made of.
 pub struct Content {
     /// The C source and its header.
     pub source: String,
     pub header: String,
-    /// The names of the inputs and of the outputs, with their units where they are known.
-    pub inputs: Vec<(String, Option<&'static str>)>,
-    pub outputs: Vec<(String, Option<&'static str>)>,
+    /// The inputs and the outputs.
+    pub inputs: Vec<Variable>,
+    pub outputs: Vec<Variable>,
     /// The seconds of a sample.
     pub sample_time: Option<f64>,
-    /// Whether the outputs are the state itself.
-    pub is_arm: bool,
+    /// What the outputs depend on.
+    pub nature: Nature,
+}
+
+/// An input or an output.
+pub struct Variable {
+    /// Its name.
+    pub name: String,
+    /// Its unit, where that is known.
+    pub unit: Option<String>,
+}
+
+/// What the outputs of a unit depend on.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Nature {
+    /// The present inputs alone.
+    Static,
+    /// The inputs up to the present sample.
+    Sampled,
+    /// The state of an arm: they are it.
+    Arm,
 }
 
 /// The archive of a model.
 pub fn of_model(program: &Program<'_>, described: &Described<'_>, fmi: Fmi, compile: bool) -> Result<Vec<u8>> {
     let header = format!("{}.h", described.name);
-    let mut names: Vec<_> = variables(described.model)
-        .into_iter()
-        .map(|name| (name, None))
-        .collect();
-    let output = names.pop();
+    let mut inputs = variables(described.model);
+    let outputs = inputs.split_off(inputs.len() - 1);
     let content = Content {
         source: text("c", program, described, context! { header })?,
         header: text("h", program, described, Value::UNDEFINED)?,
-        inputs: names,
-        outputs: output.into_iter().collect(),
+        inputs,
+        outputs,
         sample_time: described.model.sample_time,
-        is_arm: false,
+        nature: if program.is_static() {
+            Nature::Static
+        } else {
+            Nature::Sampled
+        },
     };
     archive(content, described.name, &described.about, fmi, compile)
 }
 
 /// The archive.
 pub fn archive(content: Content, name: &str, about: &[String], fmi: Fmi, compile: bool) -> Result<Vec<u8>> {
-    let names: Vec<&str> = content.inputs.iter().map(|(name, _)| name.as_str()).collect();
-    let variable = |(name, unit): &(String, Option<&'static str>)| context! { name, unit };
+    let names: Vec<&str> = content.inputs.iter().map(|v| v.name.as_str()).collect();
+    let values = |variables: &[Variable]| -> Vec<Value> {
+        let each = variables.iter();
+        each.map(|v| context! { name => &v.name, unit => &v.unit }).collect()
+    };
+    let is_static = content.nature == Nature::Static;
     let described = context! {
         name,
         about => about.to_vec(),
         sample_time => content.sample_time.map(|h| format!("{h:?}")),
         inputs => content.inputs.len(),
-        variables => content.inputs.iter().map(variable).collect::<Vec<_>>(),
-        results => content.outputs.iter().map(variable).collect::<Vec<_>>(),
-        is_arm => content.is_arm,
+        variables => values(&content.inputs),
+        results => values(&content.outputs),
+        units => units(&content),
+        is_arm => content.nature == Nature::Arm,
+        is_static,
+        variability => if is_static { "continuous" } else { "discrete" },
+        meaning => match content.nature {
+            Nature::Static => "The output for the present inputs",
+            Nature::Sampled => "After a step: the output for the inputs at the step's beginning",
+            Nature::Arm => "The state at the end of the step",
+        },
         token => token(&content.source, &names.join("\n")),
         flexure => ModelFile::CURRENT,
     };
@@ -94,25 +158,48 @@ pub fn archive(content: Content, name: &str, about: &[String], fmi: Fmi, compile
     Ok(archive.finish()?.into_inner())
 }
 
-/// The names of inputs and output, all different: printable, and none of the description's own.
-fn variables(model: &ModelFile) -> Vec<String> {
+/// The units of an archive, each once, with what they are in those of the SI where that is known.
+fn units(content: &Content) -> Vec<Value> {
+    let variables = content.inputs.iter().chain(&content.outputs);
+    let time = (content.nature != Nature::Static && content.sample_time.is_some()).then_some("s");
+    let names: BTreeSet<&str> = time
+        .into_iter()
+        .chain(variables.filter_map(|v| v.unit.as_deref()))
+        .collect();
+    let base = |name: &str| {
+        BASES
+            .iter()
+            .find(|(names, _)| names.contains(&name))
+            .map(|(_, base)| *base)
+    };
+    names
+        .into_iter()
+        .map(|name| context! { name, base => base(name) })
+        .collect()
+}
+
+/// Inputs and output: their names all different, printable, and none of the description's own.
+fn variables(model: &ModelFile) -> Vec<Variable> {
     let mut names: Vec<String> = Vec::new();
-    for name in model.inputs.iter().chain([&model.output]) {
-        let visible: String = name
-            .chars()
-            .map(|c| {
-                if c.is_control() || "\u{fffe}\u{ffff}".contains(c) {
-                    '_'
-                } else {
-                    c
-                }
-            })
-            .collect();
+    let variable = |column: &String| {
+        let visible = visible(column);
         let free = |name: &String| !names.contains(name) && !OWN.contains(&name.as_str());
         let numbered = (2..).map(|k| format!("{visible}_{k}"));
-        names.extend(std::iter::once(visible.clone()).chain(numbered).find(free));
-    }
-    names
+        let name = std::iter::once(visible.clone())
+            .chain(numbered)
+            .find(free)
+            .unwrap_or_default();
+        names.push(name.clone());
+        let unit = model.units.get(column).map(|unit| self::visible(unit));
+        Variable { name, unit }
+    };
+    model.inputs.iter().chain([&model.output]).map(variable).collect()
+}
+
+/// Text without the characters that XML does not allow.
+fn visible(text: &str) -> String {
+    let allowed = |c: char| !c.is_control() && !"\u{fffe}\u{ffff}".contains(c);
+    text.chars().map(|c| if allowed(c) { c } else { '_' }).collect()
 }
 
 /// What ties a library to its description: a number made of the model (FNV-1a).

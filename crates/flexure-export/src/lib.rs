@@ -26,7 +26,7 @@ use std::path::{Path, PathBuf};
 use flexure_io::ModelFile;
 use minijinja::{Value, context};
 
-pub use arm::export_arm;
+pub use arm::{export_arm, to_be_compared};
 pub use error::{Error, Result};
 
 use program::Program;
@@ -187,14 +187,18 @@ fn about(model: &ModelFile, program: &Program<'_>) -> Vec<String> {
         None => "One step is one sample. The sample time was not known: call it at the rate of the record.".to_owned(),
     };
     let inputs = model.inputs.iter().enumerate();
-    let inputs = inputs.map(|(i, name)| format!("Input {i}: {name}."));
+    let named = |name: &String| match model.units.get(name) {
+        Some(unit) => format!("{name}, in {unit}"),
+        None => name.clone(),
+    };
+    let inputs = inputs.map(|(i, name)| format!("Input {i}: {}.", named(name)));
     let mut lines = vec![format!(
-        "A {} model, written by Flexure {}.",
+        "A model of the structure {}, written by Flexure {}.",
         model.structure,
         ModelFile::CURRENT
     )];
     lines.extend(inputs);
-    lines.push(format!("Output: {}.", model.output));
+    lines.push(format!("Output: {}.", named(&model.output)));
     lines.push(rate);
     lines.push(
         "Start: the steady state that belongs to the first input, as flexure predict without a measured output."

@@ -53,6 +53,9 @@ def simulated(folder, u, version, outputs, step):
     assert not found, found
     description = fmpy.read_model_description(path)
     names = [v.name for v in description.modelVariables if v.causality == "input"]
+    if not any(v.name == "sample_time" for v in description.modelVariables):
+        # A static model takes steps of any length; the multiples of this one are exact, so that FMPy's lines meet the samples.
+        step = 0.375
     times = step * np.arange(len(u))
     rows = [(t, *row) for t, row in zip(times, u)]
     signals = np.array(rows, dtype=[("time", np.float64)] + [(name, np.float64) for name in names])

@@ -1,10 +1,14 @@
 //! An arm in C beside the arm that Flexure simulates with its own integrator.
 
+mod runtime;
+
 use std::path::Path;
 use std::process::Command;
 
-use flexure_export::{Fmi, Format, Options, export_arm};
-use flexure_io::arm::{ArmFile, run};
+use flexure::Record;
+use flexure_export::{Fmi, Format, Options, export_arm, to_be_compared};
+use flexure_io::arm::{ArmFile, PRESETS, preset, run};
+use runtime::{MISSING, python, skipped};
 
 const STATE: [&str; 8] = ["q1", "q2", "qm1", "qm2", "dq1", "dq2", "dqm1", "dqm2"];
 
@@ -37,14 +41,14 @@ fn arm(model: &str, locked: [bool; 2], sample_time: f64, second: &str) -> ArmFil
 }
 
 /// Compiles it with every warning an error and every check on, and drives it with the recorded torques.
-fn moved(file: &ArmFile, folder: &Path, torque: [&[f64]; 2]) -> Option<Vec<f64>> {
+fn moved(file: &ArmFile, folder: &Path, record: &Record) -> Option<Vec<f64>> {
     let options = Options {
         format: Format::C,
         name: None,
         fmi: Fmi::Two,
         compile: false,
     };
-    for artefact in export_arm(file, &folder.join("model.c"), options).unwrap() {
+    for artefact in export_arm(file, record, &folder.join("model.c"), options).unwrap() {
         std::fs::write(artefact.path, artefact.bytes).unwrap();
     }
     std::fs::write(folder.join("main.c"), MAIN).unwrap();
@@ -59,7 +63,11 @@ fn moved(file: &ArmFile, folder: &Path, torque: [&[f64]; 2]) -> Option<Vec<f64>>
         .output()
         .unwrap();
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-    let rows = torque[0].iter().zip(torque[1]);
+    let rows = record
+        .column("tau1")
+        .unwrap()
+        .iter()
+        .zip(record.column("tau2").unwrap());
     let bytes: Vec<u8> = rows
         .flat_map(|(a, b)| [a.to_ne_bytes(), b.to_ne_bytes()].concat())
         .collect();
@@ -69,6 +77,44 @@ fn moved(file: &ArmFile, folder: &Path, torque: [&[f64]; 2]) -> Option<Vec<f64>>
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     let values = done.stdout.as_chunks::<8>().0.iter();
     Some(values.map(|bytes| f64::from_ne_bytes(*bytes)).collect())
+}
+
+/// The largest difference of a component of the state, of its largest value.
+fn difference(found: &[f64], record: &Record) -> f64 {
+    let mut largest: f64 = 0.0;
+    for (i, name) in STATE.iter().enumerate() {
+        let Ok(expected) = record.column(name) else { continue };
+        let scale = expected.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
+        for (k, value) in expected.iter().enumerate() {
+            largest = largest.max((found[8 * k + i] - value).abs() / scale);
+        }
+    }
+    largest
+}
+
+/// The difference that the C source states.
+fn stated(folder: &Path) -> f64 {
+    let text = std::fs::read_to_string(folder.join("model.c")).unwrap();
+    let (_, behind) = text.split_once("the state differs by ").unwrap();
+    behind.split(' ').next().unwrap().parse().unwrap()
+}
+
+#[test]
+fn presets_move_as_the_simulated_ones_and_as_closely_as_stated() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in PRESETS.map(|(name, _)| name) {
+        let mut file = to_be_compared(&preset(name).unwrap());
+        file.run.duration = file.run.duration.min(200.0 * file.run.sample_time);
+        let record = run(&file, |_| Err("no record is named")).unwrap();
+        let Some(found) = moved(&file, folder.path(), &record) else {
+            return skipped("there is no C compiler");
+        };
+        let (found, stated) = (difference(&found, &record), stated(folder.path()));
+        println!("{name}: {found:.1e}, stated {stated:.1e}");
+        assert!(stated < 1e-9, "{name}: {stated:e}");
+        // The compiler may add up in another order than the comparison.
+        assert!(found < 2.0 * stated + 1e-11, "{name}: {found:e}, stated {stated:e}");
+    }
 }
 
 #[test]
@@ -86,18 +132,10 @@ fn the_exported_arm_moves_as_the_simulated_one() {
         ] {
             let file = arm(model, locked, sample_time, second);
             let record = run(&file, |_| Err("no record is named")).unwrap();
-            let column = |name: &str| record.column(name).unwrap();
-            let Some(found) = moved(&file, folder.path(), [column("tau1"), column("tau2")]) else {
-                return eprintln!("skipped: there is no C compiler");
+            let Some(found) = moved(&file, folder.path(), &record) else {
+                return skipped("there is no C compiler");
             };
-            let mut largest: f64 = 0.0;
-            for (i, name) in STATE.iter().enumerate() {
-                let Ok(expected) = record.column(name) else { continue };
-                let scale = expected.iter().fold(1e-3_f64, |m, v| m.max(v.abs()));
-                for (k, value) in expected.iter().enumerate() {
-                    largest = largest.max((found[8 * k + i] - value).abs() / scale);
-                }
-            }
+            let largest = difference(&found, &record);
             println!("{model}, locked {locked:?}, {sample_time} s: {largest:.1e}");
             assert!(largest < 1e-9, "{model} {locked:?} {sample_time}: {largest:e}");
         }
@@ -107,7 +145,6 @@ fn the_exported_arm_moves_as_the_simulated_one() {
 #[test]
 fn the_arm_as_an_fmu_moves_as_the_simulated_one() {
     let folder = tempfile::tempdir().unwrap();
-    let python = std::env::var("FLEXURE_PYTHON").unwrap_or_else(|_| "python3".to_owned());
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/agreement.py");
     let file = arm("nonlinear", [false, false], 0.005, LINK);
     let record = run(&file, |_| Err("no record is named")).unwrap();
@@ -125,21 +162,21 @@ fn the_arm_as_an_fmu_moves_as_the_simulated_one() {
             fmi,
             compile: true,
         };
-        let Ok(artefacts) = export_arm(&file, &folder.path().join(name), options) else {
-            return eprintln!("skipped: there is no C compiler");
+        let Ok(artefacts) = export_arm(&file, &record, &folder.path().join(name), options) else {
+            return skipped("there is no C compiler");
         };
         std::fs::write(&artefacts[0].path, &artefacts[0].bytes).unwrap();
-        let done = Command::new(&python)
+        let Ok(done) = Command::new(python())
             .arg(script)
             .arg(runtime)
             .arg(folder.path())
-            .output();
-        let Ok(done) = done else {
-            return eprintln!("skipped: there is no {python}");
+            .output()
+        else {
+            return skipped("there is no Python");
         };
         let said = String::from_utf8_lossy(&done.stdout);
-        if done.status.code() == Some(77) {
-            return eprintln!("skipped: {said}");
+        if done.status.code() == Some(MISSING) {
+            return skipped(&said);
         }
         assert!(done.status.success(), "{said}{}", String::from_utf8_lossy(&done.stderr));
         let apart: f64 = said.lines().filter_map(|line| line.parse().ok()).next_back().unwrap();

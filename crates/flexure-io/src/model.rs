@@ -35,6 +35,9 @@ pub struct ModelFile {
     pub inputs: Vec<String>,
     /// The name of the output column.
     pub output: String,
+    /// The units of inputs and output by their columns' names, where they are known.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub units: BTreeMap<String, String>,
     /// The sample time, s; positive. `None` where it is not known: one sample is the unit of time.
     #[serde(default)]
     pub sample_time: Option<f64>,

@@ -121,6 +121,7 @@ fn model() -> ModelFile {
         method: "plain".to_owned(),
         inputs: vec!["u".to_owned()],
         output: "y".to_owned(),
+        units: [("u".to_owned(), "N m".to_owned())].into(),
         sample_time: Some(1.0 / 51200.0),
         delay: 1,
         order: 1,

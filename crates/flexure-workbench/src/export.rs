@@ -9,6 +9,7 @@ use flexure::nonlinearity::{Curve, Outside, Surface, SurfaceAxis};
 use flexure_export::{Fmi, Format};
 use flexure_io::{ModelFile, RecordFile, read_model, read_record};
 
+use crate::labels::Labels;
 use crate::named::{Named, NamedValue};
 
 impl Named for Format {
@@ -52,7 +53,7 @@ pub fn exportable(path: &Path) -> Result<ModelFile> {
     let (x, behind) = names.split_at(names.len().saturating_sub(BEHIND.len()));
     if x.len() > 1 && behind == BEHIND {
         let surface = surface(&file, x)?;
-        return Ok(memoryless("surface", x, BEHIND[0], Block::Surface(surface)));
+        return Ok(memoryless(&file, "surface", x, &behind[0], Block::Surface(surface)));
     }
     // What follows is the band.
     let ([input, output], true) = (
@@ -71,6 +72,7 @@ pub fn exportable(path: &Path) -> Result<ModelFile> {
         anyhow::anyhow!("{}: no curve ({error}); {why}", path.display())
     })?;
     Ok(memoryless(
+        &file,
         "curve",
         std::slice::from_ref(input),
         output,
@@ -120,13 +122,14 @@ fn surface(file: &RecordFile, names: &[String]) -> Result<Surface> {
 }
 
 /// A model of one static block.
-fn memoryless(structure: &str, inputs: &[String], output: &str, block: Block) -> ModelFile {
+fn memoryless(file: &RecordFile, structure: &str, inputs: &[String], output: &String, block: Block) -> ModelFile {
     ModelFile {
         flexure: ModelFile::CURRENT.to_owned(),
         structure: structure.to_owned(),
         method: String::new(),
         inputs: inputs.to_vec(),
-        output: output.to_owned(),
+        output: output.clone(),
+        units: Labels::new(file).units(inputs.iter().chain([output])),
         sample_time: None,
         delay: 0,
         order: 0,

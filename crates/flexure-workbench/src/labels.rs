@@ -23,6 +23,14 @@ impl Labels {
             .map_or_else(|| simulated_unit(column), String::as_str)
     }
 
+    /// The units of those columns of which they are known, by the columns' names.
+    pub fn units<'a>(&self, columns: impl Iterator<Item = &'a String>) -> BTreeMap<String, String> {
+        let known = columns.filter(|column| !self.unit(column).is_empty());
+        known
+            .map(|column| (column.clone(), self.unit(column).to_owned()))
+            .collect()
+    }
+
     /// A column's name with its unit in parentheses, where that is known.
     pub fn of(&self, column: &str) -> String {
         match self.unit(column) {

@@ -131,8 +131,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 
 /// The text of an arm file, and its name in messages.
 pub struct Source {
-    text: String,
-    name: String,
+    pub text: String,
+    pub name: String,
 }
 
 impl Source {

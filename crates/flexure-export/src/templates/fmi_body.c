@@ -10,18 +10,22 @@
 
 #define INPUTS {{ inputs }}
 #define OUTPUTS {{ results | length }}
+{% if not is_static %}
 #define SAMPLE_TIME {{ sample_time or "1.0" }}
+{% endif %}
 
 typedef enum { OK, WARNING, DISCARD, ERROR, FATAL } Status;
 
 typedef struct {
     {{ name }}_state state;
-{% if not is_arm %}
+{% if not is_arm and not is_static %}
     {{ name }}_state ahead; /* for the output before the first step */
 {% endif %}
     double u[INPUTS];
+{% if not is_static %}
     double y[OUTPUTS];
     int stepped;
+{% endif %}
 } Instance;
 
 #if defined(_WIN32)
@@ -75,6 +79,8 @@ static Status get(Instance *instance, const unsigned int *references, size_t n, 
         } else if (reference < INPUTS + OUTPUTS) {
 {% if is_arm %}
             values[i] = instance->state.x[reference - INPUTS];
+{% elif is_static %}
+            stepped(&instance->state, instance->u, &values[i]);
 {% else %}
             if (instance->stepped == 0) {
                 instance->ahead = instance->state;
@@ -82,8 +88,10 @@ static Status get(Instance *instance, const unsigned int *references, size_t n, 
             }
             values[i] = instance->y[reference - INPUTS];
 {% endif %}
+{% if not is_static %}
         } else if (reference == INPUTS + OUTPUTS) {
             values[i] = SAMPLE_TIME;
+{% endif %}
         } else {
             return ERROR;
         }
@@ -103,6 +111,14 @@ static Status set(Instance *instance, const unsigned int *references, size_t n, 
     return OK;
 }
 
+{% if is_static %}
+/* Nothing changes with time but the inputs: every step is taken. */
+static Status advance(Instance *instance, double duration)
+{
+    (void)instance;
+    return (duration >= 0.0) ? OK : ERROR;
+}
+{% else %}
 /* Steps over a whole number of samples; the inputs are held. */
 static Status advance(Instance *instance, double duration)
 {
@@ -117,6 +133,7 @@ static Status advance(Instance *instance, double duration)
     instance->stepped = 1;
     return OK;
 }
+{% endif %}
 
 static Status save(const Instance *instance, void **kept)
 {

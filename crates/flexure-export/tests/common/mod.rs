@@ -160,7 +160,7 @@ impl Draw {
 }
 
 /// How many forms the models have.
-pub const FORMS: usize = 13;
+pub const FORMS: usize = 14;
 
 /// Three models of each form, with its name.
 pub fn models() -> Vec<(&'static str, ModelFile)> {
@@ -199,6 +199,7 @@ pub fn models() -> Vec<(&'static str, ModelFile)> {
             ("narx", d.narx()),
             ("volterra", d.volterra()),
             ("integrating", d.integrating()),
+            ("curve", d.curve()),
         ]);
     }
     assert_eq!(all.len(), 3 * FORMS);
@@ -213,6 +214,7 @@ pub fn file(structure: &str, block: Block) -> ModelFile {
         method: "test".to_owned(),
         inputs: (0..block.inputs()).map(|i| format!("u{i}")).collect(),
         output: "y".to_owned(),
+        units: BTreeMap::new(),
         sample_time: Some(0.01),
         delay: 0,
         order: 0,

@@ -50,6 +50,7 @@ pub(super) fn parse(bytes: &[u8]) -> serde_json::Result<ModelFile> {
         method: old.method,
         inputs,
         output: old.output,
+        units: BTreeMap::new(),
         sample_time: old.sample_time,
         delay: old.delay,
         order: old.order,

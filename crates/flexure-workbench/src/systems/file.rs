@@ -19,6 +19,7 @@ impl Identified {
             method: result.method.clone().into_owned(),
             inputs: result.inputs.clone(),
             output: result.output.clone(),
+            units: self.labels.units(result.inputs.iter().chain([&result.output])),
             sample_time: self.sample_time,
             delay: result.delay,
             order: result.order,
