@@ -66,11 +66,54 @@ def simulated(folder, u, version, outputs, step):
     return result
 
 
+def stepped(folder, u, version, step):
+    """The output after each step, by calls of the interface: what FMPy's simulation does in a tenth of its time."""
+    import fmpy
+    from fmpy.fmi2 import FMU2Slave
+    from fmpy.fmi3 import FMU3Slave
+
+    path = str(folder / f"model{version}.fmu")
+    description = fmpy.read_model_description(path)
+    own = {
+        "guid": description.guid,
+        "unzipDirectory": fmpy.extract(path),
+        "modelIdentifier": description.coSimulation.modelIdentifier,
+        "instanceName": "model",
+    }
+    inputs = [v.valueReference for v in description.modelVariables if v.causality == "input"]
+    (output,) = [v.valueReference for v in description.modelVariables if v.causality == "output"]
+    slave = FMU2Slave(**own) if version == 2 else FMU3Slave(**own)
+    slave.instantiate()
+    if version == 2:
+        slave.setupExperiment(startTime=0.0)
+        slave.enterInitializationMode()
+        put, take = slave.setReal, slave.getReal
+    else:
+        slave.enterInitializationMode(startTime=0.0)
+        put, take = slave.setFloat64, slave.getFloat64
+    put(inputs, u[0])
+    slave.exitInitializationMode()
+    found = []
+    for k, row in enumerate(u):
+        put(inputs, row)
+        slave.doStep(currentCommunicationPoint=k * step, communicationStepSize=step)
+        found.append(take([output])[0])
+    slave.terminate()
+    slave.freeInstance()
+    return found
+
+
+# The samples that FMPy simulates itself.
+SIMULATED = 500
+
+
 def fmu(folder, u, version):
-    result = simulated(folder, u, version, ["y"], 0.01)
+    result = simulated(folder, u[:SIMULATED], version, ["y"], 0.01)
     # Before the first step the output is that of the first input; after a step that of the input at its beginning.
-    assert result["y"][0] == result["y"][1] or math.isnan(result["y"][0])
-    return result["y"][1:].tolist()
+    assert result["y"][0] == result["y"][1]
+    found = stepped(folder, u, version, 0.01)
+    assert found[:SIMULATED] == result["y"][1:].tolist()
+    return found
 
 
 def arm(folder, u, version):

@@ -41,9 +41,8 @@ fn folders(place: &Path, samples: usize, write: impl Fn(&ModelFile, &Path)) -> V
         let folder = place.join(k.to_string());
         std::fs::create_dir(&folder).unwrap();
         let mut u = inputs(&model, samples, 200 + k as u64);
-        // Near the end, as it can stay in the output; at it for a curve, as FMPy draws lines between its inputs.
-        let place = samples - if structure == "curve" { 1 } else { 10 };
-        u[0][place] = [f64::NAN, f64::INFINITY][(k + k / FORMS) % 2];
+        // Near the end, as it can stay in the output.
+        u[0][samples - 10] = [f64::NAN, f64::INFINITY][(k + k / FORMS) % 2];
         numbers(
             &folder.join("u.bin"),
             (0..samples).flat_map(|n| u.iter().map(move |u| u[n])),
