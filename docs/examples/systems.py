@@ -133,7 +133,8 @@ def joint_log(duration=60.0, rate=100, seed=11, inertia=0.8, viscous=1.2, coulom
 
 
 def write_bag(path, joints):
-    """The joints' logs as a bag of ROS 2, `sensor_msgs/JointState`, with a second topic of a battery's voltage."""
+    """The joints' logs as a bag of ROS 2, `sensor_msgs/JointState`, with a second topic of a battery's voltage: MCAP, or
+    `.db3` by its name."""
     import shutil
     import tempfile
     from pathlib import Path
@@ -146,7 +147,8 @@ def write_bag(path, joints):
     kind = "sensor_msgs/msg/JointState"
     first = next(iter(joints.values()))
     with tempfile.TemporaryDirectory() as folder:
-        with Writer(Path(folder) / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        storage = StoragePlugin.SQLITE3 if path.suffix == ".db3" else StoragePlugin.MCAP
+        with Writer(Path(folder) / "bag", version=9, storage_plugin=storage) as writer:
             topic = writer.add_connection("/joint_states", kind, typestore=store)
             battery = writer.add_connection("/battery", "std_msgs/msg/Float64", typestore=store)
             for k, t in enumerate(first["t"]):
@@ -158,4 +160,4 @@ def write_bag(path, joints):
                 if k % 100 == 0:
                     voltage = types["std_msgs/msg/Float64"](48.0 - 1e-5 * k)
                     writer.write(battery, instant + 200_000, store.serialize_cdr(voltage, "std_msgs/msg/Float64"))
-        shutil.copy(next((Path(folder) / "bag").glob("*.mcap")), path)
+        shutil.copy(next((Path(folder) / "bag").glob(f"*{path.suffix}")), path)

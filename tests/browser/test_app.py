@@ -233,6 +233,15 @@ def test_a_joint_of_a_bag_is_found_and_its_friction_exported(app, tmp_path):
     page.press("#export button")
     page.ended(4)
     assert "double arm_elbow_friction_step(" in (folder / "arm_elbow_friction.h").read_text()
+    # The header is listed, and never written over.
+    downloads = lambda: [link.get_attribute("download") for link in page.find("#run-list > li").find_elements("css selector", "a[download]")]
+    assert sorted(downloads()) == ["arm_elbow_friction.c", "arm_elbow_friction.h"]
+    (folder / "arm_elbow_friction.c").unlink()
+    (folder / "arm_elbow_friction.h").write_text("mine")
+    page.press("#export button")
+    page.ended(5)
+    assert sorted(downloads()) == ["arm_elbow_friction-2.c", "arm_elbow_friction-2.h"]
+    assert (folder / "arm_elbow_friction.h").read_text() == "mine"
 
 
 def test_a_flexible_joint_needs_its_angles_and_can_be_an_arm(app, tmp_path):
@@ -326,7 +335,47 @@ def test_a_fit_is_cancelled_and_leaves_nothing(app, tmp_path):
     page.wait("/running, \\d+ s identifying/.test(document.querySelector('[data-job]').textContent)")
     page.press("[data-job] button")
     page.ended(1, state="cancelled", seconds=20)
+    # The button is gone; the keyboard goes on from its run.
+    assert page.js("return document.activeElement.dataset.job") is not None
     assert [path.name for path in (tmp_path / "project").iterdir() if not path.name.startswith(".")] == ["long.csv"]
+
+
+def test_a_look_is_not_written_twice_and_the_keyboard_stays_where_it_was(app, tmp_path):
+    folder = tmp_path / "project"
+    folder.mkdir()
+    untidy(folder / "m.csv")
+    page = app().open()
+    for runs in (1, 2):
+        page.press("[aria-label='Open m.csv']")
+        page.ended(runs)
+        page.wait("!document.querySelector('#columns').hidden")
+        assert page.find("#frame iframe").get_attribute("title") == "m-look.html"
+    assert sorted(path.name for path in folder.iterdir()) == ["m-look.html", "m.csv"]
+    page.js("document.querySelector(\"[aria-label='Open m.csv']\").focus(); return refresh()")
+    page.wait("document.activeElement.getAttribute('aria-label') === 'Open m.csv'")
+
+
+def test_what_is_wrong_is_said_in_the_words_of_the_page(app, tmp_path):
+    folder = tmp_path / "project"
+    folder.mkdir()
+    untidy(folder / "m.csv")
+    page = app().open()
+    page.press("[aria-label='Open m.csv']")
+    page.ended(1)
+    page.wait("!document.querySelector('#columns').hidden")
+    page.js("for (const [name, value] of [['input', 'Command'], ['output', 'Speed']])"
+            " document.querySelector(`#column-rows [name=${name}][value=${value}]`).checked = true")
+    page.js("document.querySelector('#identify [name=missing]').checked = false")
+    page.press("#identify button")
+    page.ended(2, state="failed")
+    assert '"Outputs may be missing"' in page.problem() and "--" not in page.problem()
+    # It stays in sight.
+    page.js("scrollTo(0, document.body.scrollHeight)")
+    assert page.js("const box = document.querySelector('#problem').getBoundingClientRect(); return box.top >= 0 && box.bottom <= innerHeight")
+    page.find("#identify [name=missing]").send_keys(Keys.SPACE)
+    page.press("#identify button")
+    page.ended(3)
+    assert page.problem() == ""
 
 
 def test_a_file_of_200_megabytes_is_taken_and_one_beyond_the_limit_is_not(app, tmp_path):

@@ -204,8 +204,8 @@ fn about(file: &ArmFile, compared: &Compared) -> [String; 4] {
             compared.steps
         ),
         format!(
-            "Compared with flexure simulate over the arm file's own run of {:?} s at a relative tolerance of {RTOL:e}: the state differs by \
-             {:.1e} of each component's largest value at most. Torques that move it much faster are integrated less accurately.",
+            "Compared with flexure simulate over the run of the arm file, {:?} s at a relative tolerance of {RTOL:e}: the state differs by {:.1e} of \
+             the largest value of each component at most. Torques that move it much faster are integrated less accurately.",
             file.run.duration, compared.difference
         ),
     ];

@@ -144,17 +144,17 @@ impl<'a> Program<'a> {
                 Kind::Feedback(model) => vec![
                     range(k, &model.nonlinearity),
                     format!(
-                        "Step {k} is a loop: once a signal in it exceeds {:?}, its output is NaN until the next reset.",
+                        "Block {k} is a loop: once a signal in it exceeds {:?}, its output is NaN until the next reset.",
                         model.run_away()
                     ),
                 ],
                 Kind::Linear(system) if !system.static_gain().is_finite() => {
                     vec![format!(
-                        "Step {k} integrates: it has no steady state, and starts at rest."
+                        "Block {k} integrates: it has no steady state, and starts at rest."
                     )]
                 }
                 Kind::Surface(surface) => vec![format!(
-                    "Step {k} is a surface of cubic splines over {}. Outside it has the value of the nearest point of this box.",
+                    "Block {k} is a surface of cubic splines over {}. Outside it has the value of the nearest point of this box.",
                     surface
                         .axes()
                         .iter()
@@ -163,7 +163,7 @@ impl<'a> Program<'a> {
                         .join(" by ")
                 )],
                 Kind::Narx(model) => vec![format!(
-                    "Step {k} is a polynomial of past outputs and inputs. Its output is held between {:?} and {:?}.",
+                    "Block {k} is a polynomial of past outputs and inputs. Its output is held between {:?} and {:?}.",
                     model.scales[1].0 + model.scales[1].1 * model.held.0,
                     model.scales[1].0 + model.scales[1].1 * model.held.1
                 )],
@@ -182,7 +182,7 @@ fn range(k: usize, curve: &Curve) -> String {
         Outside::Linear => "it goes on along its first or last straight piece",
     };
     format!(
-        "Step {k} has a table from {:?} to {:?}. Outside {there}.",
+        "Block {k} has a table from {:?} to {:?}. Outside {there}.",
         x[0],
         x[x.len() - 1]
     )

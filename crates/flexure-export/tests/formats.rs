@@ -72,7 +72,9 @@ fn agree(runtime: &str, format: Format, file: &str, fmi: Fmi, most: f64) {
     if status.code() == Some(MISSING) {
         return skipped(&text);
     }
-    assert!(status.success(), "{text}{}", String::from_utf8_lossy(&stderr));
+    let complaints = String::from_utf8_lossy(&stderr);
+    assert!(status.success(), "{text}{complaints}");
+    assert!(!complaints.contains("not used by any node"), "{complaints}");
     // What is said beside the numbers is not of interest.
     let found: Vec<f64> = text.lines().filter_map(|line| line.parse().ok()).collect();
     assert_eq!(found.len(), folders.len(), "{text}");

@@ -72,7 +72,9 @@ fn split(name: &str) -> (String, Option<f64>) {
 
 /// Whether a column is called as one of instants.
 pub(crate) fn is_time(name: &str) -> bool {
-    NAMES.contains(&split(name).0.as_str())
+    // A vector in a group of HDF5 is called by its path.
+    let own = name.rsplit('/').next().unwrap_or(name);
+    NAMES.contains(&split(own).0.as_str())
 }
 
 fn seconds(unit: &str) -> Option<f64> {
@@ -249,6 +251,8 @@ mod tests {
             ("time_ms", None, 10.0, 0.01),
             ("Time", Some("ms"), 10.0, 0.01),
             ("Time Stamp", Some("µs"), 1e4, 0.01),
+            ("axis/t", Some("s"), 0.01, 0.01),
+            ("per/unit", None, 1.0, f64::NAN),
             ("lifetime", None, 1.0, f64::NAN),
             ("torque_s", None, 1.0, f64::NAN),
         ] {

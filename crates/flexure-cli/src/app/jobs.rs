@@ -10,7 +10,7 @@ use flexure_io::write_atomically;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::project::Project;
+use super::project::{Project, header};
 use crate::progress::{LINES, MARK};
 
 /// The commands that can be asked for.
@@ -59,7 +59,7 @@ const OPTIONS: [&str; 38] = [
     "band",
 ];
 /// Their options without a value.
-const SWITCHES: [&str; 3] = ["gravity", "spring", "prismatic"];
+const SWITCHES: [&str; 4] = ["gravity", "spring", "prismatic", "missing"];
 /// Their options that name a file to write.
 const OUTPUTS: [&str; 6] = ["out", "model", "report", "friction", "stiffness", "arm"];
 /// The file that keeps the object that a command prints.
@@ -224,6 +224,8 @@ impl Job {
         self.ended = Some(code);
         project.release(self.outputs.values());
         // Of some, such as the friction at a motor that was not seen, there may be none.
+        let header = self.outputs.get("out").and_then(|name| header(name));
+        self.outputs.extend(header.map(|name| ("header".to_owned(), name)));
         self.outputs.retain(|_, name| project.open(name).is_some());
     }
 }

@@ -36,6 +36,13 @@ const stem = (name) => name.replace(/\.[^.]*$/, "");
 const size = (bytes) => bytes < 1e3 ? `${bytes} B` : bytes < 1e6 ? `${(bytes / 1e3).toFixed(1)} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
 const number = (value) => value === null || value === undefined ? "" : Number(value).toPrecision(4);
 
+/** Where the focus was in a table that is made anew, it is on the same again. */
+function keepingFocus(change) {
+  const label = document.activeElement.getAttribute("aria-label");
+  change();
+  if (label && document.activeElement === document.body) document.querySelector(`[aria-label="${CSS.escape(label)}"]`)?.focus();
+}
+
 async function refresh() {
   project = await ask("project");
   find("folder").textContent = project.folder;
@@ -43,7 +50,7 @@ async function refresh() {
   fill(find("estimator"), project.estimators, (e) => [e.name, `${e.name}: ${e.description}`], 1);
   const records = project.files.filter((file) => file.kind === "record");
   fill(find("report-record"), records, (file) => [file.name, file.name], 0);
-  find("file-rows").replaceChildren(...project.files.map(fileRow));
+  keepingFocus(() => find("file-rows").replaceChildren(...project.files.map(fileRow)));
   const chosen = new Set([...find("models").querySelectorAll(":checked")].map((box) => box.value));
   const models = project.files.filter((file) => file.kind === "model");
   find("models").replaceChildren(...models.map(({ name }) =>
@@ -115,10 +122,19 @@ function openFile(name, kind) {
   if (kind === "record") look();
 }
 
+/** The page that a look writes: none where there is one that is younger than the record, of which it is the only one. */
+function lookPage({ name, topic }) {
+  const page = `${stem(name)}-look.html`;
+  const [record, shown] = [name, page].map((wanted) => project.files.find((file) => file.name === wanted));
+  const others = project.files.some((file) => file.kind === "record" && file.name !== name && stem(file.name) === stem(name));
+  if (topic.topic || others || !shown || !record || !(shown.modified > record.modified)) return { report: page };
+  show(page);
+  return {};
+}
+
 async function look() {
   const own = open;
-  const page = `${stem(own.name)}-look.html`;
-  const job = await run({ command: "look", files: [own.name], options: own.topic, outputs: { report: page }, json: true });
+  const job = await run({ command: "look", files: [own.name], options: own.topic, outputs: lookPage(own), json: true });
   if (!job || job.state !== "done" || own !== open) return;
   const seen = JSON.parse(job.result);
   if (seen.topics) return showTopics(seen.topics);
@@ -129,6 +145,8 @@ async function look() {
   };
   const either = (one, other) => (named(one).length ? named(one) : named(other));
   const [inputs, outputs] = [either("input", "x"), either("output", "y")];
+  find("structure").value = named("structure")[0] || "";
+  find("identify").elements.missing.checked = next.includes("--missing");
   find("column-rows").replaceChildren(...seen.columns.map((column) => make("tr", {},
     make("th", { scope: "row" }, column.name),
     make("td", {}, make("input", { type: "checkbox", name: "input", value: column.name, "aria-label": `${column.name} is an input`, checked: inputs.includes(column.name) })),
@@ -182,7 +200,10 @@ function onSubmit(id, act) {
 onSubmit("prepare", async (form) => {
   const options = { ...fields(form), ...open.topic };
   const job = await run({ command: "prepare", files: [open.name], options, outputs: { out: `${stem(open.name)}-prepared.csv` } });
-  if (job && job.state === "done") openFile(job.outputs.out, "record");
+  if (job && job.state === "done") {
+    form.reset();
+    openFile(job.outputs.out, "record");
+  }
 });
 
 /** The columns that are chosen as inputs, and as output. */
@@ -247,6 +268,16 @@ onSubmit("export", async (form) => {
   await run({ command: "export", files: [open.name], options, outputs: { out: `${options.name}.${extension}` } });
 });
 
+/** A message of the command line in the words of this page: fields instead of options. */
+function inFields(text) {
+  const label = (name) => [...document.querySelectorAll(`#work [name="${name}"]`)].map((field) => field.closest("label")).find(Boolean);
+  return text.trim().replace(/--([a-z][a-z-]*)(?:[ =][A-Z][A-Z_]*)?/g, (option, name) => {
+    if (["input", "output", "x", "y"].includes(name)) return { input: "Input", x: "Input", output: "Output", y: "Output" }[name];
+    const found = label(name);
+    return found ? `"${found.firstChild.textContent.trim() || found.textContent.trim()}"` : option;
+  });
+}
+
 /** Runs a command to its end, and shows how far it is. */
 async function run(request) {
   complain("");
@@ -262,7 +293,7 @@ async function run(request) {
   const state = make("span", {}, "running");
   const bar = make("progress", { "aria-label": title });
   const stop = make("button", { type: "button", "aria-label": `Cancel ${title}`, onclick: () => ask(`jobs/${number}`, { method: "DELETE" }) }, "Cancel");
-  const item = make("li", { "data-job": number }, make("strong", {}, title), ": ", state, " ", bar, " ", stop);
+  const item = make("li", { "data-job": number, tabindex: "-1" }, make("strong", {}, title), ": ", state, " ", bar, " ", stop);
   find("run-list").prepend(item);
   say(`${title} is running`);
   try {
@@ -276,14 +307,15 @@ async function run(request) {
         continue;
       }
       bar.remove();
+      if (document.activeElement === stop) item.focus();
       stop.remove();
       item.dataset.state = job.state;
       state.textContent = `${job.state} after ${job.seconds.toFixed(1)} s`;
       state.className = job.state;
       say(`${title}: ${job.state}`);
-      if (job.messages) item.append(make("pre", { tabindex: "0" }, job.messages.trim()));
+      if (job.messages) item.append(make("pre", { tabindex: "0" }, inFields(job.messages)));
       if (job.result && job.state === "done") item.append(...told(request, job.result));
-      if (job.state === "failed") complain(job.messages.trim());
+      if (job.state === "failed") complain(inFields(job.messages));
       await refresh();
       for (const name of Object.values(job.outputs)) {
         item.append(make("a", { href: `${fileAddress(name)}?download`, download: name }, `Download ${name}`), " ");

@@ -5,6 +5,7 @@ use std::fs::{self, OpenOptions};
 use std::io::{self, Read};
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
+use std::time::UNIX_EPOCH;
 
 use flexure_io::write_atomically;
 use serde_json::{Value, json};
@@ -47,7 +48,7 @@ impl Project {
         good.then(|| self.folder.join(name))
     }
 
-    /// The files, by name, each with what it is.
+    /// The files, by name, each with what it is, its bytes, and when it was last written (s since 1970).
     pub fn files(&self) -> flexure_io::Result<Vec<Value>> {
         let mut files = Vec::new();
         let entries = fs::read_dir(&self.folder).map_err(|cause| flexure_io::Error::Read {
@@ -58,11 +59,15 @@ impl Project {
             let name = entry.file_name().to_string_lossy().into_owned();
             let Ok(found) = entry.metadata() else { continue };
             if found.is_file() && self.path(&name).is_some() {
-                files.push((name, found.len()));
+                let modified = found.modified().ok().and_then(|at| at.duration_since(UNIX_EPOCH).ok());
+                files.push((name, found.len(), modified.map(|since| since.as_secs_f64())));
             }
         }
-        files.sort();
-        let object = |(name, size): (String, u64)| json!({ "kind": self.kind(&name), "name": name, "size": size });
+        files.sort_by(|a, b| a.0.cmp(&b.0));
+        let object = |(name, size, modified): (String, u64, Option<f64>)| {
+            let kind = self.kind(&name);
+            json!({ "kind": kind, "name": name, "size": size, "modified": modified })
+        };
         Ok(files.into_iter().map(object).collect())
     }
 
@@ -90,7 +95,7 @@ impl Project {
         read.is_ok() && test(&String::from_utf8_lossy(&start))
     }
 
-    /// A name like this one that is neither there nor promised, and now is promised.
+    /// A name like this one that is neither there nor promised, and now is promised; so is its header's.
     pub fn promise(&self, name: &str) -> Option<String> {
         self.path(name)?;
         let mut promised = self.promised.lock().unwrap_or_else(PoisonError::into_inner);
@@ -105,7 +110,8 @@ impl Project {
         let chosen = std::iter::once(name.to_owned())
             .chain(numbered)
             .take(10_000)
-            .find(free)?;
+            .find(|name| free(name) && header(name).as_ref().is_none_or(free))?;
+        promised.extend(header(&chosen));
         promised.insert(chosen.clone());
         Some(chosen)
     }
@@ -115,6 +121,7 @@ impl Project {
         let mut promised = self.promised.lock().unwrap_or_else(PoisonError::into_inner);
         for name in names {
             promised.remove(name);
+            header(name).map(|header| promised.remove(&header));
         }
     }
 
@@ -146,6 +153,11 @@ impl Project {
             false => None,
         }
     }
+}
+
+/// The header that an export writes beside a C file.
+pub fn header(name: &str) -> Option<String> {
+    name.strip_suffix(".c").map(|stem| format!("{stem}.h"))
 }
 
 /// Whether a table is a curve or a surface with its band.

@@ -28,28 +28,26 @@ impl Graph {
     pub(super) fn curve(&mut self, curve: &Curve, u: &str) -> String {
         let (x, y) = (curve.x(), curve.y());
         let last = x.len() - 1;
-        let nan = self.scalar(f64::NAN);
         let inside = match last {
             0 => {
                 let (only, unknown) = (self.scalar(y[0]), self.op("IsNaN", &[u]));
+                let nan = self.scalar(f64::NAN);
                 self.op("Where", &[&unknown, &nan, &only])
             }
             _ => self.on_segment(x, y, u),
         };
+        if curve.outside() == Outside::Linear {
+            return inside;
+        }
         let (first, end) = (self.scalar(x[0]), self.scalar(x[last]));
         let (below, above) = (self.op("Less", &[u, &first]), self.op("Greater", &[u, &end]));
-        match curve.outside() {
-            Outside::Linear => inside,
-            Outside::Nan => {
-                let outside = self.op("Or", &[&below, &above]);
-                self.op("Where", &[&outside, &nan, &inside])
-            }
-            Outside::Nearest => {
-                let (low, high) = (self.scalar(y[0]), self.scalar(y[last]));
-                let held = self.op("Where", &[&above, &high, &inside]);
-                self.op("Where", &[&below, &low, &held])
-            }
-        }
+        let (low, high) = match curve.outside() {
+            Outside::Nearest => (y[0], y[last]),
+            _ => (f64::NAN, f64::NAN),
+        };
+        let (low, high) = (self.scalar(low), self.scalar(high));
+        let held = self.op("Where", &[&above, &high, &inside]);
+        self.op("Where", &[&below, &low, &held])
     }
 
     /// The straight line through the two points around `u`, or through the two nearest.
