@@ -151,14 +151,14 @@ def test_from_an_untidy_record_to_an_fmu_by_the_keyboard(way, app, browser, tmp_
     page.press("#identify button")
     item = page.ended(4)
     assert "fit" in item.text
-    page.press("[aria-label='Open motor log-prepared.json']")
+    page.press("[aria-label='Open motor log-prepared-auto.json']")
     Select(page.find("#format")).select_by_value("fmu")
     page.press("#export button")
     page.ended(5)
     downloads = tmp_path / "downloads"
     browser.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(downloads)})
     page.press("#run-list > li a[download]")
-    fmu = downloads / "motor_log_prepared.fmu"
+    fmu = downloads / "motor_log_prepared_auto.fmu"
     deadline = time.monotonic() + 20
     while not fmu.exists() and time.monotonic() < deadline:
         time.sleep(0.1)
@@ -166,7 +166,7 @@ def test_from_an_untidy_record_to_an_fmu_by_the_keyboard(way, app, browser, tmp_
         assert "modelDescription.xml" in archive.namelist()
     # The command line understands what the app left.
     folder = tmp_path / "project"
-    model = folder / "motor log-prepared.json"
+    model = folder / "motor log-prepared-auto.json"
     done = subprocess.run([flexure(), "validate", model, folder / "motor log-prepared.csv", "--json"], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     severe = [entry["message"] for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
