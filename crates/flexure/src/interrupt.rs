@@ -231,6 +231,16 @@ impl Counted {
     }
 }
 
+/// The items between two questions whether a long loop is to stop: some milliseconds of work.
+const PART: usize = 1 << 14;
+
+/// At item `i` of a long loop, ends it now and then if it is to stop.
+pub(crate) fn leave_at(i: usize) {
+    if i.is_multiple_of(PART) {
+        leave();
+    }
+}
+
 /// The rounds of a search, counted for its progress: each round is one job. Loops within a round are not counted.
 pub(crate) struct Rounds {
     counted: Counted,

@@ -8,6 +8,7 @@
 use super::Outside;
 use super::estimator::{Choice, Estimator, Points, Regression, check_queries, evaluate};
 use crate::error::{Error, Result};
+use crate::interrupt;
 use crate::selection::{OpenEnds, ScoredParameter, Search};
 
 /// The most levels: 2^20 cells.
@@ -55,7 +56,11 @@ impl Estimator for HaarRegression {
         let search = match self.levels {
             Choice::Fixed(_) => None,
             Choice::FromData(criterion) => {
-                let curve = (0..=most).map(|levels| tree.score(&points, levels)).collect();
+                let score = |levels| {
+                    interrupt::leave();
+                    tree.score(&points, levels)
+                };
+                let curve = (0..=most).map(score).collect();
                 let open = OpenEnds::above(most < MOST_LEVELS);
                 Some(Search::best(criterion, curve, open, points.size()))
             }

@@ -5,7 +5,6 @@ use std::ops::Range;
 use super::polynomials::{Visit, at_own_points};
 use super::sums::{DIRECT_BELOW, LeftOut};
 use super::{Degree, Kernel, Sorted, Sums, direct_without, for_each_sum};
-use crate::interrupt;
 use crate::parallel;
 use crate::sort;
 use crate::wide::widest;
@@ -24,12 +23,7 @@ pub(crate) fn leave_one_out(data: &Sorted, kernel: Kernel, degree: Degree, bandw
     if kernel == Kernel::Gaussian {
         let score = |&h: &f64| {
             let mut errors = Errors::new(data, kernel, degree, h);
-            for_each_sum(data, kernel, degree, h, &data.x, |i, sums| {
-                if i % PART == 0 {
-                    interrupt::leave();
-                }
-                errors.visit(i, sums);
-            });
+            for_each_sum(data, kernel, degree, h, &data.x, |i, sums| errors.visit(i, sums));
             errors.sum
         };
         scores = parallel::batch(bandwidths, score);

@@ -60,6 +60,8 @@ pub(crate) use sums::{ONE_ABSCISSA, Sums};
 
 use serde::{Deserialize, Serialize};
 
+use crate::interrupt;
+
 /// The weight function K. The bandwidth h is the half width of the support for the kernels of bounded
 /// support, and the standard deviation for the Gaussian.
 ///
@@ -145,6 +147,7 @@ fn visit_sums(data: &Sorted, kernel: Kernel, degree: Degree, h: f64, at: &[f64],
     // Direct sums are kept for the next point, as many points may have one abscissa.
     let mut last = (f64::NAN, Sums::NONE);
     let mut visit = |j: usize, mut sums: Sums| {
+        interrupt::leave_at(j);
         if !sums.reliable(degree) {
             if last.0 != at[j] {
                 last = (at[j], data.direct_sums(kernel, degree, h, at[j], None));

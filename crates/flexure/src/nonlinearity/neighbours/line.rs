@@ -2,6 +2,7 @@
 
 use super::super::estimator::Points;
 use super::{Mass, Neighbourhood, Scores};
+use crate::interrupt;
 use crate::sort::order;
 
 /// Sorted points, those of one abscissa together.
@@ -152,7 +153,8 @@ impl Line {
     pub fn means(&self, x: &[f64], k: f64) -> Vec<f64> {
         let mut window = Window { left: 0, right: 0 };
         let mut means = vec![0.0; x.len()];
-        for i in order(&[x]) {
+        for (visited, i) in order(&[x]).into_iter().enumerate() {
+            interrupt::leave_at(visited);
             means[i] = self.mean + self.slide(&mut window, x[i], k).mean(k);
         }
         means
@@ -162,7 +164,8 @@ impl Line {
     pub fn scores(&self, k: f64) -> Scores {
         let (mut with, mut without) = (Window { left: 0, right: 0 }, Window { left: 0, right: 0 });
         let mut scores = Scores::default();
-        for &LinePoint { group, weight: w, y } in &self.points {
+        for (visited, &LinePoint { group, weight: w, y }) in self.points.iter().enumerate() {
+            interrupt::leave_at(visited);
             let q = self.x[group];
             let whole = self.slide(&mut with, q, k);
             let more = self.slide(&mut without, q, k + w);
