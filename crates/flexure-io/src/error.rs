@@ -323,9 +323,14 @@ fn ragged_remedy(table: Option<u64>) -> String {
 
 impl Error {
     pub(crate) fn read(path: &Path, cause: io::Error) -> Self {
-        Error::Read {
-            path: path.to_owned(),
-            cause,
+        let path = path.to_owned();
+        match cause.kind() {
+            // What is packed ends early.
+            io::ErrorKind::UnexpectedEof => Error::Truncated {
+                path,
+                detail: cause.to_string(),
+            },
+            _ => Error::Read { path, cause },
         }
     }
 

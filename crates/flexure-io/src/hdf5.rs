@@ -221,7 +221,9 @@ fn numbers(kind: &Datatype) -> std::result::Result<Numbers, &'static str> {
         {
             numbers(base)
         }
-        Datatype::FixedPoint { .. } | Datatype::FloatingPoint { .. } => Err("numbers of an unusual size"),
+        Datatype::FixedPoint { .. } | Datatype::FloatingPoint { .. } => {
+            Err("numbers of a size other than 32 or 64 bits; save them as float32")
+        }
         Datatype::String { .. } | Datatype::VarLen { .. } => Err("text or a list of lists"),
         Datatype::Compound { fields, .. } if fields.iter().any(|f| f.name.starts_with('i')) && fields.len() == 2 => {
             Err("complex; save its real and imaginary parts apart")

@@ -120,6 +120,13 @@ impl ReadOptions {
         }
         let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
         let extension = extension.as_deref().unwrap_or("");
+        if let Some(format) = [("mcap", "MCAP"), ("db3", "SQLite")]
+            .into_iter()
+            .find(|(own, _)| *own == extension)
+        {
+            let detail = "it does not begin as one; the file is cut off, damaged or something else".to_owned();
+            return Err(Error::content(path, format.1, detail));
+        }
         if start.starts_with(b"PAR1") || start.starts_with(b"PARE") || extension == "parquet" {
             return match source {
                 Source::File(file) => parquet_file::read(&budget, path, file),

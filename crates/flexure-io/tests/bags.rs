@@ -258,6 +258,26 @@ fn a_damaged_chunk_and_a_cut_at_any_byte_are_refused() {
 }
 
 #[test]
+fn a_bag_that_does_not_begin_as_one_or_whose_packing_ends_early_says_so() {
+    let folder = directory("no_bags");
+    for (name, bytes, said) in [
+        ("b.mcap", &b"\x89MCAP"[..], "does not begin as one"),
+        ("b.db3", b"SQLite", "cannot be read as SQLite: it does not begin as one"),
+    ] {
+        std::fs::write(folder.join(name), bytes).unwrap();
+        let message = refused(folder.join(name), None, None);
+        assert!(message.contains(said), "{message}");
+    }
+    let packed = std::fs::read(fixture("bags/file.db3.zstd")).unwrap();
+    let path = folder.join("b.db3.zstd");
+    for length in [20, packed.len() / 2, packed.len() - 1] {
+        std::fs::write(&path, &packed[..length]).unwrap();
+        let message = refused(&path, Some("/force"), None);
+        assert!(message.contains("b.db3.zstd is truncated: "), "{length}: {message}");
+    }
+}
+
+#[test]
 fn what_a_bag_claims_is_asked_for_first() {
     let folder = directory("claiming_bags");
     let path = folder.join("claim.mcap");
