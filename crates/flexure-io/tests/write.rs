@@ -198,7 +198,7 @@ fn bad_models_are_refused_with_the_place() {
     assert!(text(good.replace("\"delay\": 1,", "")).contains("missing field `delay`; models"));
     assert_eq!(
         text(good.replace("\"delay\": 1,", "\"delay\": NaN,")),
-        "m.json, line 12, column 12: the text is not JSON (expected value); models are written by `flexure identify -o`"
+        "m.json, line 15, column 12: the text is not JSON (expected value); models are written by `flexure identify -o`"
     );
     assert!(text(good.replace("-0.7", "1e999")).contains("(number out of range); models"));
     assert!(text(good.replace("-0.7", "null")).contains(": invalid type: null, expected f64; models"));
