@@ -18,8 +18,12 @@ use crate::commands::{ARGUMENTS, COLUMNS, COMMANDS, Column, ON_FILES, OUTPUTS, S
 use crate::mutation::{changed, one};
 use crate::readers::model_seeds;
 
-/// How long a run may take before it is interrupted: some inputs ask for much work.
-const PATIENCE: Duration = Duration::from_secs(20);
+/// How long a run may take before it is interrupted: some inputs ask for much work, and then it says how far it is.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// The variable that asks for progress in lines, what they begin with, and the fewest of a run that goes on.
+const PROGRESS: &str = "FLEXURE_PROGRESS";
+const MARK: &str = "progress: ";
+const FEWEST_LINES: usize = 3;
 /// How long it may take to end then.
 const LAST: Duration = Duration::from_secs(5);
 
@@ -115,7 +119,10 @@ impl Program {
     /// Runs it; it must end by itself with 0, 1 or 2, or soon when it is told to.
     fn run(&self, arguments: &[&str]) -> Result<Output> {
         let mut command = Command::new(&self.path);
-        let command = command.args(arguments).current_dir(self.folder.path());
+        let command = command
+            .args(arguments)
+            .current_dir(self.folder.path())
+            .env(PROGRESS, "1");
         let [runs, interruptions] = &RUNS;
         runs.fetch_add(1, Ordering::Relaxed);
         let child = command
@@ -141,9 +148,16 @@ impl Program {
         let output = child.wait_with_output()?;
         let _ = ended.send(());
         let (was_interrupted, was_late) = interrupted.join().unwrap_or_default();
-        let said = String::from_utf8_lossy(&output.stderr);
+        let all = String::from_utf8_lossy(&output.stderr);
+        let (progress, said): (Vec<&str>, Vec<&str>) = all.lines().partition(|line| line.starts_with(MARK));
+        let said = said.join("\n");
         ensure!(!was_late, "{arguments:?} goes on after a signal");
         if was_interrupted {
+            ensure!(
+                progress.len() >= FEWEST_LINES,
+                "{arguments:?} did not end within {} s, and did not say how far it was: {progress:?}",
+                PATIENCE.as_secs()
+            );
             interruptions.fetch_add(1, Ordering::Relaxed);
             println!("interrupted after {} s: {arguments:?}", PATIENCE.as_secs());
         }

@@ -137,6 +137,38 @@ def by_mcap(name, compression, little=True, chunked=True, changes=None):
         writer.finish()
 
 
+def odd():
+    """Messages that are not what their channel says, a language of definitions that is not read, a flipped bit."""
+    pair = "float64 x\nfloat64 y\nfloat64 t\n"
+    turned = "float64 y\nfloat64 x\nfloat64 t\n"
+    message = lambda *values: b"\0\1\0\0" + struct.pack(f"<{len(values)}d", *values)  # noqa: E731
+
+    def bag(name, channels, rows, **options):
+        with open(OUT / name, "wb") as file:
+            writer = Mcap(file, compression=CompressionType.NONE, **options)
+            writer.start("ros2", "fixture")
+            ids = []
+            for kind, language, text, encoding in channels:
+                schema = writer.register_schema(kind, language, text.encode())
+                ids.append(writer.register_channel("/pair", encoding, schema))
+            for k, (channel, data) in enumerate(rows):
+                writer.add_message(ids[channel], k * 10**7, data, k * 10**7)
+            writer.finish()
+
+    own = ("own/msg/Pair", "ros2msg", pair, "cdr")
+    good = [(0, message(k, -k, 7.0)) for k in range(30)]
+    bag("named_t.mcap", [own], good)
+    bag("surplus.mcap", [own], [*good, (0, message(1.0, 2.0, 3.0, 4.0))])
+    bag("two_definitions.mcap", [own, ("own/msg/Pair", "ros2msg", turned, "cdr")], [*good, (1, message(1.0, 2.0, 3.0))])
+    bag("two_encodings.mcap", [own, ("own/msg/Pair", "ros2msg", pair, "json")], [*good, (1, b"{}")])
+    bag("other_language.mcap", [("own/msg/Pair", "ros2idl", "module own {};", "cdr")], good)
+    bag("flipped.mcap", [own], good, use_chunking=False, enable_data_crcs=True)
+    bytes_of = bytearray((OUT / "flipped.mcap").read_bytes())
+    at = bytes(bytes_of).index(struct.pack("<d", 9.0))
+    bytes_of[at + 2] ^= 1
+    (OUT / "flipped.mcap").write_bytes(bytes_of)
+
+
 def main():
     OUT.mkdir(exist_ok=True, parents=True)
     global RNG
@@ -177,6 +209,7 @@ def main():
         writer = Mcap(file)
         writer.start("ros2", "fixture")
         writer.finish()
+    odd()
     (OUT / "bags.json").write_text(json.dumps(reference["all"], indent=0) + "\n")
     print(zstandard.__version__, sorted(p.name for p in OUT.iterdir()))
 

@@ -78,8 +78,49 @@ def mat(name):
         file.write(head)
 
 
+def made(file, name, kind, values, filters=None):
+    """A vector of a type that h5py does not choose by itself."""
+    create = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    if filters:
+        create.set_chunk((len(values),))
+        filters(create)
+    space = h5py.h5s.create_simple((len(values),))
+    dataset = h5py.h5d.create(file.id, name.encode(), kind, space, create)
+    dataset.write(h5py.h5s.ALL, h5py.h5s.ALL, np.ascontiguousarray(values))
+
+
+def layouts(name):
+    """Numbers that do not fill their bytes as those of processors do."""
+    with h5py.File(OUT / name, "w") as file:
+        file["u"] = SIGNALS["u"]
+        file["half"] = (k / 3).astype(np.float16)
+        file["none"] = h5py.Empty("f8")
+        shifted = h5py.h5t.STD_I16LE.copy()
+        shifted.set_precision(12)
+        shifted.set_offset(4)
+        made(file, "shifted", shifted, (k - 30).astype(np.int16))
+        packed = h5py.h5t.STD_I32LE.copy()
+        packed.set_precision(17)
+        packed.set_offset(3)
+        made(file, "packed", packed, (k - 3000).astype(np.int32), lambda create: create.set_filter(h5py.h5z.FILTER_NBIT))
+        wide = h5py.h5t.IEEE_F32LE.copy()
+        wide.set_fields(31, 20, 11, 0, 20)
+        wide.set_ebias(1023)
+        made(file, "other_float", wide, np.sin(k))
+
+
+def user_block(name):
+    with h5py.File(OUT / name, "w", userblock_size=2048) as file:
+        file["u"] = SIGNALS["u"]
+        file.create_group("slow")["x"] = np.arange(5.0)
+    with open(OUT / name, "r+b") as file:
+        file.write(b"notes of the user\n")
+
+
 def main():
     OUT.mkdir(exist_ok=True, parents=True)
+    layouts("layouts.h5")
+    user_block("block.h5")
     h5("plain.h5")
     h5("latest.h5", libver="latest", chunks=(7,), compression="gzip", shuffle=True, fletcher32=True)
     h5("big.h5", big=True)

@@ -1,6 +1,6 @@
 //! Files that are written whole or not at all.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -32,7 +32,7 @@ pub fn write_atomically(
 /// For use before long work whose result goes to `path`; that the disk is full shows only in the end.
 ///
 /// # Errors
-/// [`Error::Write`] if `path` is a directory, is read-only or lies in a directory that does not exist.
+/// [`Error::Write`] if `path` is a directory, is read-only or lies in a directory that does not exist or takes no files.
 pub fn check_writable(path: impl AsRef<Path>) -> Result<()> {
     let path = path.as_ref();
     check(path).map_err(|cause| Error::write(path, cause))
@@ -43,10 +43,13 @@ fn check(path: &Path) -> io::Result<()> {
     match fs::metadata(&target) {
         Ok(found) if found.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
         Ok(found) if found.permissions().readonly() => Err(io::ErrorKind::PermissionDenied.into()),
-        Ok(_) => Ok(()),
+        Ok(found) if !found.is_file() => Ok(()),
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-        Err(_) => match target.parent() {
-            Some(folder) if folder.as_os_str().is_empty() || folder.is_dir() => Ok(()),
+        found => match target.parent() {
+            // Whether the folder takes a file is seen by making one.
+            Some(folder) if folder.as_os_str().is_empty() || folder.is_dir() => {
+                Temporary::beside(&target, found.ok().as_ref()).map(drop)
+            }
             _ => Err(io::ErrorKind::NotFound.into()),
         },
     }
@@ -86,9 +89,14 @@ fn into_place(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> io::Resul
         write(&mut out)?;
         return out.flush();
     }
-    check(path)?;
     let target = destination(path)?;
     let replaced = fs::metadata(&target).ok();
+    if replaced.as_ref().is_some_and(Metadata::is_dir) {
+        return Err(io::ErrorKind::IsADirectory.into());
+    }
+    if replaced.as_ref().is_some_and(|found| found.permissions().readonly()) {
+        return Err(io::ErrorKind::PermissionDenied.into());
+    }
     let (temporary, file) = Temporary::beside(&target, replaced.as_ref())?;
     let mut out = BufWriter::new(file);
     write(&mut out)?;

@@ -16,14 +16,24 @@ use crate::memory::Budget;
 use crate::parquet_file::{exact, quietly};
 use crate::record_file::{Other, RecordFile};
 
-/// The first eight bytes of an HDF5 file; they may stand behind a block of 512 bytes.
-pub(crate) const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
+/// Whether a file that begins so is one of HDF5, whose signature may stand behind a block of 512, 1024, 2048, ... bytes.
+pub(crate) fn is_begun(start: &[u8]) -> bool {
+    let places = [0].into_iter().chain((9..).map(|power| 1 << power));
+    let mut found = places.map_while(|place| start.get(place..));
+    found.any(|rest| rest.starts_with(SIGNATURE))
+}
+
+/// The first eight bytes of an HDF5 file, or those behind a block of the user's own.
+const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
 /// The deepest groups that are read, against groups that hold themselves: convention.
 const DEEPEST: usize = 16;
 /// The most variables that are looked at: convention.
 const MOST_VARIABLES: usize = 10_000;
 /// The largest piece that a vector is stored in, bytes.
 const LARGEST_PIECE: usize = 1 << 30;
+
+/// The bytes of a type before what is its own, bytes.
+const TYPE_HEAD: usize = 8;
 
 /// Where the bytes come from.
 pub(crate) enum Source {
@@ -52,9 +62,10 @@ fn read_checked(budget: &Budget, path: &Path, source: Source, group: Option<&str
         }
         Source::Bytes(bytes) => Hdf5File::from_vec_with_options(bytes, options),
     };
+    let alone = group == Some("/");
     let root = file.and_then(|file| match group {
-        None => file.root_group(),
-        Some(group) => file.group(group),
+        Some(group) if !alone => file.group(group),
+        _ => file.root_group(),
     });
     let mut reader = Reader {
         budget,
@@ -65,7 +76,7 @@ fn read_checked(budget: &Budget, path: &Path, source: Source, group: Option<&str
         others: Vec::new(),
         seen: 0,
     };
-    reader.group(&root.map_err(fail)?, "", 0)?;
+    reader.group(&root.map_err(fail)?, "", 0, alone)?;
     reader.finish()
 }
 
@@ -88,10 +99,13 @@ enum Numbers {
 }
 
 impl Reader<'_> {
-    fn group(&mut self, group: &Group, prefix: &str, depth: usize) -> Result<()> {
-        let (groups, datasets) = group
+    fn group(&mut self, group: &Group, prefix: &str, depth: usize, alone: bool) -> Result<()> {
+        let (mut groups, datasets) = group
             .members()
             .map_err(|fault| content(self.budget, self.path, fault))?;
+        if alone {
+            groups.clear();
+        }
         self.seen += groups.len() + datasets.len();
         if depth > DEEPEST || self.seen > MOST_VARIABLES {
             let detail = format!("it has more than {MOST_VARIABLES} variables, or groups within groups without end");
@@ -106,7 +120,7 @@ impl Reader<'_> {
             let name = group.name().rsplit('/').next().unwrap_or_default();
             // MATLAB keeps in these what cells and objects are made of.
             if !name.starts_with('#') {
-                self.group(&group, &format!("{prefix}{name}/"), depth + 1)?;
+                self.group(&group, &format!("{prefix}{name}/"), depth + 1, false)?;
             }
         }
         Ok(())
@@ -118,7 +132,8 @@ impl Reader<'_> {
         let text = |attribute: &str| dataset.attribute(attribute).and_then(|found| found.read_string()).ok();
         let class = text("MATLAB_class").unwrap_or_default();
         let is_empty = shape.contains(&0) || dataset.attribute("MATLAB_empty").is_ok();
-        let numbers = match (numbers(dataset.dtype()), class.as_str()) {
+        let stored = dataset.raw_datatype().unwrap_or_default();
+        let numbers = match (numbers(dataset.dtype(), &stored), class.as_str()) {
             (_, "char") => Err(format!("text ({size})")),
             (_, "cell") => Err(format!("a cell array ({size})")),
             (Ok(_), _) if is_empty => Err(format!("empty ({size})")),
@@ -153,6 +168,7 @@ impl Reader<'_> {
                 self.others.push(Other::new(name, what.to_owned()));
             }
             Some(values) => match values[..] {
+                [] => self.others.push(Other::new(name, "empty".to_owned())),
                 [value] => self.constants.push((name, value)),
                 _ => {
                     self.signals.push((name, values));
@@ -181,7 +197,7 @@ impl Reader<'_> {
         let length = self.signals[0].1.len();
         if let Some((name, samples)) = self.signals.iter().find(|(_, samples)| samples.len() != length) {
             let detail = format!(
-                "'{name}' has {} samples, but '{}' has {length}; a record's vectors are equally long: choose a group by --topic, or save them apart",
+                "'{name}' has {} samples, but '{}' has {length}; a record's vectors are equally long: choose a group by --topic ('/' for what is in no group), or save them apart",
                 samples.len(),
                 self.signals[0].0
             );
@@ -201,9 +217,17 @@ impl Reader<'_> {
     }
 }
 
-/// How the numbers of a type are stored, or what the type is instead.
-fn numbers(kind: &Datatype) -> std::result::Result<Numbers, &'static str> {
+/// How the numbers of a type are stored, or what the type is instead; `message` is the type as it stands in the file.
+fn numbers(kind: &Datatype, message: &[u8]) -> std::result::Result<Numbers, &'static str> {
     match kind {
+        Datatype::FixedPoint {
+            size: 1 | 2 | 4 | 8, ..
+        }
+        | Datatype::FloatingPoint { size: 4 | 8, .. }
+            if !fills_its_bytes(message) =>
+        {
+            Err("numbers of bits in an order of their own; save them as int32 or float64")
+        }
         Datatype::FixedPoint {
             size: size @ (1 | 2 | 4 | 8),
             signed,
@@ -219,7 +243,7 @@ fn numbers(kind: &Datatype) -> std::result::Result<Numbers, &'static str> {
         Datatype::Enum { base, members }
             if members.len() == 2 && members.iter().all(|m| ["FALSE", "TRUE"].contains(&m.name.as_str())) =>
         {
-            numbers(base)
+            numbers(base, message.get(TYPE_HEAD..).unwrap_or_default())
         }
         Datatype::FixedPoint { .. } | Datatype::FloatingPoint { .. } => {
             Err("numbers of a size other than 32 or 64 bits; save them as float32")
@@ -232,6 +256,27 @@ fn numbers(kind: &Datatype) -> std::result::Result<Numbers, &'static str> {
         Datatype::Enum { .. } => Err("an enumeration"),
         Datatype::Reference { .. } => Err("references to other variables"),
         _ => Err("no numbers"),
+    }
+}
+
+/// Whether the type of a number uses all its bits, as the types of processors do; the library reads no other right.
+///
+/// Source: "HDF5 File Format Specification" 3.0, section IV.A.2.d: a head with class, flags and size, then bit offset and precision; for
+/// floating point also where exponent and mantissa stand, their sizes, and the exponent's bias.
+fn fills_its_bytes(message: &[u8]) -> bool {
+    let Some(&[class, flags, sign, _, size, 0, 0, 0, 0, 0, precision, 0]) = message.first_chunk::<12>() else {
+        return false;
+    };
+    if u32::from(precision) != 8 * u32::from(size) {
+        return false;
+    }
+    // The bits 4 and 5 of a floating-point type: the mantissa's first bit is 1 and not stored. Bit 6 is for byte orders of the VAX.
+    let layout = || (flags & 0b0111_0000, sign, message.get(12..20));
+    match (class & 0x0f, size) {
+        (0, _) => true,
+        (1, 4) => layout() == (0b0010_0000, 31, Some(&[23, 8, 0, 23, 127, 0, 0, 0])),
+        (1, 8) => layout() == (0b0010_0000, 63, Some(&[52, 11, 0, 52, 0xff, 0x03, 0, 0])),
+        _ => false,
     }
 }
 
@@ -270,6 +315,7 @@ fn content(budget: &Budget, path: &Path, fault: Fault) -> Error {
             detail: format!("what should stand at byte {offset} is not there"),
         },
         Fault::ResourceLimit { .. } => budget.too_large("a vector"),
+        Fault::GroupNotFound(name) => damaged(path, format!("it has no group '{name}'")),
         other => damaged(path, format!("{other}; save it again, uncompressed or with deflate")),
     }
 }

@@ -5,14 +5,16 @@
 
 use std::cell::Cell;
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::error::{Error, NoMemory, Result};
 
 /// The most memory for a record where [`ReadOptions::memory`](crate::ReadOptions::memory) does not say it, bytes.
 const MOST: u64 = 4 << 30;
-/// The share of the free memory that a record may take.
-const SHARE_OF_FREE: u64 = 2;
+/// The share of the free memory that a record may take: an identification or a look takes eight times as much besides (measured).
+const RECORD_OF_FREE: u64 = 10;
+/// The share that a record which is computed may take, with what it is computed from.
+const COMPUTED_OF_FREE: u64 = 2;
 /// The longest text of an arm or another small file, bytes.
 pub(crate) const LONGEST_TEXT: u64 = 16 << 20;
 /// The longest model file, bytes.
@@ -117,9 +119,9 @@ pub(crate) fn small_file(path: &Path, limit: u64) -> Result<Vec<u8>> {
     }
 }
 
-/// The most memory for a record where it is not given, bytes: 4 GiB, or half of the free memory where that is less.
+/// The most memory for a record where it is not given, bytes: 4 GiB, or a tenth of the free memory where that is less.
 pub fn usual_memory() -> u64 {
-    free().map_or(MOST, |free| MOST.min(free / SHARE_OF_FREE))
+    free().map_or(MOST, |free| MOST.min(free / RECORD_OF_FREE))
 }
 
 /// Refuses a record that is to be computed, of so many rows and columns, where half of the free memory does not hold it and what it is
@@ -135,7 +137,7 @@ fn fits(rows: usize, columns: usize, free: Option<u64>) -> std::result::Result<(
     let bytes = [rows, columns, 2 * size_of::<f64>()]
         .into_iter()
         .fold(1, |product: u64, n| product.saturating_mul(n as u64));
-    match free.map(|free| free / SHARE_OF_FREE) {
+    match free.map(|free| free / COMPUTED_OF_FREE) {
         Some(limit) if bytes > limit => Err(NoMemory {
             rows,
             columns,
@@ -148,22 +150,55 @@ fn fits(rows: usize, columns: usize, free: Option<u64>) -> std::result::Result<(
 
 /// The memory that can be had without taking it from others, where the system says it, bytes.
 fn free() -> Option<u64> {
-    let available = kibibytes("/proc/meminfo", "MemAvailable:");
+    let available = kibibytes_or_bytes(Path::new("/proc/meminfo"), "MemAvailable:");
     // The process may have a limit of its own (ulimit -v).
     let limits = std::fs::read_to_string("/proc/self/limits").unwrap_or_default();
     let limit = limits.lines().find_map(|line| line.strip_prefix("Max address space"));
     let limit = limit.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
-    let taken = kibibytes("/proc/self/status", "VmSize:").unwrap_or(0);
+    let taken = kibibytes_or_bytes(Path::new("/proc/self/status"), "VmSize:").unwrap_or(0);
     let own = limit.map(|limit| limit.saturating_sub(taken));
-    [available, own].into_iter().flatten().min()
+    [available, own, of_group()].into_iter().flatten().min()
 }
 
-/// The bytes of a line such as `MemAvailable: 1024 kB`.
-fn kibibytes(file: &str, name: &str) -> Option<u64> {
+/// What the process's group has left, as of a container, bytes: files that are kept in memory count as free.
+fn of_group() -> Option<u64> {
+    let groups = std::fs::read_to_string("/proc/self/cgroup").ok()?;
+    let number = |file: PathBuf| std::fs::read_to_string(file).ok()?.trim().parse::<u64>().ok();
+    let left = |folder: &Path, limit: &str, used: &str, kept: &str| {
+        let kept = kibibytes_or_bytes(&folder.join("memory.stat"), kept).unwrap_or(0);
+        let used = number(folder.join(used))?.saturating_sub(kept);
+        Some(number(folder.join(limit))?.saturating_sub(used))
+    };
+    let each = groups.lines().filter_map(|line| {
+        let mut parts = line.splitn(3, ':');
+        let (_, controllers, path) = (parts.next()?, parts.next()?, parts.next()?);
+        let (root, names) = match controllers {
+            "" => ("/sys/fs/cgroup", ["memory.max", "memory.current", "inactive_file "]),
+            "memory" => (
+                "/sys/fs/cgroup/memory",
+                ["memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file "],
+            ),
+            _ => return None,
+        };
+        // A limit of those above holds too; within a container, the path may be that outside.
+        let within = Path::new(root).join(path.trim_start_matches('/'));
+        let folders = within.ancestors().filter(|folder| folder.starts_with(root));
+        folders
+            .filter_map(|folder| left(folder, names[0], names[1], names[2]))
+            .min()
+    });
+    each.min()
+}
+
+/// The bytes of a line such as `MemAvailable: 1024 kB` or `inactive_file 4096`.
+fn kibibytes_or_bytes(file: &Path, name: &str) -> Option<u64> {
     let text = std::fs::read_to_string(file).ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
-    let count: u64 = line.split_whitespace().next()?.parse().ok()?;
-    Some(count << 10)
+    let mut line = text
+        .lines()
+        .find_map(|line| line.strip_prefix(name))?
+        .split_whitespace();
+    let count: u64 = line.next()?.parse().ok()?;
+    Some(if line.next() == Some("kB") { count << 10 } else { count })
 }
 
 /// A size as people write it: `4 GiB`.

@@ -13,8 +13,8 @@ use crate::options::ReadOptions;
 use crate::record_file::RecordFile;
 use crate::{bag, hdf5, mat, parquet_file, text};
 
-/// The longest beginning of a file that shows its format: HDF5's signature may stand at byte 512.
-const SIGNATURE_LENGTH: u64 = 520;
+/// The longest beginning of a file that shows its format: HDF5's signature may stand at byte 65,536.
+const SIGNATURE_LENGTH: u64 = (1 << 16) + 8;
 
 /// Reads a record as [`ReadOptions::read`] does, with nothing given.
 ///
@@ -106,8 +106,7 @@ impl ReadOptions {
             };
             return bag::read_db3(&budget, path, self, stream);
         }
-        let is_hdf5 = start.starts_with(hdf5::SIGNATURE)
-            || start.get(512..).is_some_and(|rest| rest.starts_with(hdf5::SIGNATURE));
+        let is_hdf5 = hdf5::is_begun(start);
         if self.joint.is_some() || (self.topic.is_some() && !is_hdf5) {
             return Err(Error::NoBag { path: path.to_owned() });
         }

@@ -173,6 +173,66 @@ fn several_topics_are_listed_and_none_is_guessed() {
 }
 
 #[test]
+fn what_a_channel_says_of_its_messages_is_held_against_them() {
+    let odd = |name: &str| refused(fixture(&format!("bags/{name}")), Some("/pair"), None);
+    let begin = "cannot be read as a ROS 2 bag: topic /pair:";
+    for (name, what) in [
+        ("surplus.mcap", "has 8 bytes more than its definition"),
+        (
+            "two_definitions.mcap",
+            "has another definition or encoding than those before of the same type",
+        ),
+        (
+            "two_encodings.mcap",
+            "has another definition or encoding than those before of the same type",
+        ),
+    ] {
+        let found = odd(name);
+        let place = found.strip_prefix(&format!("{name} {begin} the message at byte "));
+        assert!(place.is_some_and(|rest| rest.ends_with(&format!(" {what}"))), "{found}");
+    }
+    assert_eq!(
+        odd("other_language.mcap"),
+        format!(
+            "other_language.mcap {begin} its definition is in the language 'ros2idl', of which only ros2msg is read"
+        )
+    );
+    let flipped = odd("flipped.mcap");
+    assert!(
+        flipped.starts_with("flipped.mcap cannot be read as MCAP: the checksum of all data differs at byte "),
+        "{flipped}"
+    );
+}
+
+#[test]
+fn a_column_that_is_computed_takes_no_more_than_the_limit() {
+    let path = directory("computed_bag").join("gen.db3");
+    let _ = std::fs::remove_file(&path);
+    let database = rusqlite::Connection::open(&path).unwrap();
+    let tables = "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT);
+        INSERT INTO topics VALUES(1, '/force', 'std_msgs/msg/Float64', 'cdr');
+        CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER,
+            data BLOB GENERATED ALWAYS AS (zeroblob(900000000)));
+        INSERT INTO messages(topic_id, timestamp) VALUES(1, 0), (1, 10);";
+    database.execute_batch(tables).unwrap();
+    drop(database);
+    let options = ReadOptions {
+        memory: Some(10 << 20),
+        ..ReadOptions::default()
+    };
+    let refused = message(&options.read(&path).unwrap_err(), path.parent().unwrap());
+    assert!(refused.contains("too big"), "{refused}");
+}
+
+#[test]
+fn a_number_called_t_stands_beside_the_time() {
+    let file = read(fixture("bags/named_t.mcap"), None, None).unwrap();
+    assert_eq!(file.record.names(), ["t", "x", "y", "message.t"]);
+    assert_eq!(file.record.column("message.t").unwrap(), [7.0; 30]);
+    assert_eq!(file.record.column("t").unwrap()[3], 0.03);
+}
+
+#[test]
 fn the_folder_of_a_bag_is_its_file() {
     let folder = directory("bag_folder");
     let files = ["a_0.mcap", "a_1.mcap"].map(|name| folder.join(name));

@@ -71,7 +71,7 @@ fn a_group_is_chosen_where_groups_differ_in_length() {
     assert_eq!(
         refused("groups.h5"),
         "groups.h5 cannot be read as HDF5: 'axis/slow/x' has 5 samples, but 'byte' has 50; a record's vectors are equally long: choose a \
-         group by --topic, or save them apart"
+         group by --topic ('/' for what is in no group), or save them apart"
     );
     let options = |topic: &str| ReadOptions {
         topic: Some(topic.to_owned()),
@@ -80,9 +80,42 @@ fn a_group_is_chosen_where_groups_differ_in_length() {
     let file = options("axis/slow").read(fixture("hdf5/groups.h5")).unwrap();
     assert_eq!(file.column("x").unwrap(), [0.0, 1.0, 2.0, 3.0, 4.0]);
     let error = options("knee").read(fixture("hdf5/groups.h5")).unwrap_err();
-    let expected =
-        "groups.h5 cannot be read as HDF5: group not found: knee; save it again, uncompressed or with deflate";
+    let expected = "groups.h5 cannot be read as HDF5: it has no group 'knee'";
     assert_eq!(message(&error, &fixture("hdf5")), expected);
+}
+
+#[test]
+fn numbers_that_do_not_fill_their_bytes_are_no_signals() {
+    let file = read_record(fixture("hdf5/layouts.h5")).unwrap();
+    assert_eq!(file.record.names(), ["u"]);
+    let own = "numbers of bits in an order of their own; save them as int32 or float64 (50)";
+    for (column, what) in [
+        ("shifted", own),
+        ("packed", own),
+        ("other_float", own),
+        (
+            "half",
+            "numbers of a size other than 32 or 64 bits; save them as float32 (50)",
+        ),
+        ("none", "empty"),
+    ] {
+        let error = message(&file.finite(column).unwrap_err(), &fixture("hdf5"));
+        assert_eq!(
+            error,
+            format!("layouts.h5: '{column}' cannot serve as a signal: it is {what}")
+        );
+    }
+}
+
+#[test]
+fn a_block_of_the_user_and_groups_of_another_length_are_passed_over() {
+    let options = ReadOptions {
+        topic: Some("/".to_owned()),
+        ..ReadOptions::default()
+    };
+    let file = options.read(fixture("hdf5/block.h5")).unwrap();
+    assert_eq!(file.record.names(), ["u"]);
+    assert_eq!(bits(file.column("u").unwrap()), reference()["u"]);
 }
 
 #[test]

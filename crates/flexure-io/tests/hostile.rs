@@ -146,6 +146,9 @@ fn a_header_of_forty_thousand_names() {
         said.ends_with("column18, column19 and 39980 more") && said.len() < 400,
         "{said}"
     );
+    // Each takes memory, whatever stands below.
+    let refused = message(&read(&path, 10 << 20).unwrap_err(), &folder);
+    assert!(refused.contains("the columns") && refused.contains("--memory"), "{refused}");
 }
 
 #[cfg(unix)]

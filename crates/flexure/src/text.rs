@@ -32,10 +32,9 @@ pub fn short(value: f64) -> String {
     }
 }
 
-/// A number to at most six digits, without zeros behind them: 0.01, not 0.01000.
+/// A number to at most six digits, without zeros behind them: 0.01, not 0.01000; with an exponent where it would have many zeros.
 pub fn decimal(number: f64) -> String {
-    let rounded: f64 = format!("{number:.5e}").parse().unwrap_or(number);
-    rounded.to_string()
+    exact(format!("{number:.5e}").parse().unwrap_or(number))
 }
 
 /// A number with all of its digits; with an exponent where it would have many zeros.
@@ -91,7 +90,8 @@ pub fn shortened(name: &str) -> String {
 /// ```
 pub fn visible(text: &str) -> Cow<'_, str> {
     let is_command = |c: char| {
-        c.is_control() && c != '\n' && c != '\t' || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+        c.is_control() && c != '\n' && c != '\t'
+            || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
     };
     if !text.contains(is_command) {
         return Cow::Borrowed(text);

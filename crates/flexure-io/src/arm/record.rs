@@ -49,7 +49,7 @@ pub fn read_arm_record(
 }
 
 /// Whether `name` is relative, and what it means lies below `folder`.
-fn is_below(folder: &Path, name: &Path) -> bool {
+pub(super) fn is_below(folder: &Path, name: &Path) -> bool {
     let plain = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
     if !name.components().all(plain) {
         return false;

@@ -35,6 +35,14 @@ impl<'a> Cdr<'a> {
         }
     }
 
+    /// Ends a message of which all fields are read: behind them stands the gap before the next four bytes at most.
+    pub(super) fn end(&self) -> Decoded<()> {
+        match self.rest() {
+            0..4 => Ok(()),
+            surplus => Err(format!("has {surplus} bytes more than its definition").into()),
+        }
+    }
+
     /// What is not read yet.
     pub(super) fn rest(&self) -> usize {
         self.bytes.len() - self.at

@@ -8,15 +8,18 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+use rusqlite::limits::Limit;
 use rusqlite::types::ValueRef;
 use rusqlite::{Connection, MAIN_DB, OpenFlags};
 
-use super::{Bag, Channel, Each, Message, Place};
+use super::{Bag, Channel, Each, LANGUAGE, Message, Place};
 use crate::error::{Error, Result};
 use crate::memory::Budget;
 
 /// What an SQLite file begins with.
 pub(crate) const MAGIC: &[u8] = b"SQLite format 3\0";
+/// The least that a value may have, bytes: the statements themselves are as long.
+const SHORTEST_LIMIT: i32 = 1 << 20;
 /// The bytes of its head.
 const HEAD: u64 = 100;
 
@@ -29,7 +32,7 @@ pub(super) struct Db3<'a> {
 
 impl<'a> Db3<'a> {
     /// Opens the file at this path, without a change to it or its folder.
-    pub(super) fn open(path: &'a Path) -> Result<Self> {
+    pub(super) fn open(budget: &Budget, path: &'a Path) -> Result<Self> {
         let mut name = path.as_os_str().to_owned();
         name.push("-wal");
         let waiting = std::fs::metadata(&name).is_ok_and(|found| found.len() > 0);
@@ -57,7 +60,7 @@ impl<'a> Db3<'a> {
             .replace('?', "%3f")
             .replace('#', "%23");
         let database = Connection::open_with_flags(format!("file:{escaped}?immutable=1"), flags);
-        Db3::new(path, database.map_err(|error| damaged(path, error))?)
+        Db3::new(budget, path, database.map_err(|error| damaged(path, error))?)
     }
 
     /// Takes a file that comes from a pipe into memory.
@@ -69,11 +72,16 @@ impl<'a> Db3<'a> {
         check_length(path, &bytes, length as u64)?;
         let loaded = database.deserialize_read_exact(MAIN_DB, bytes.as_slice(), length, true);
         loaded.map_err(fail)?;
-        Db3::new(path, database)
+        Db3::new(budget, path, database)
     }
 
-    fn new(path: &'a Path, database: Connection) -> Result<Self> {
+    fn new(budget: &Budget, path: &'a Path, database: Connection) -> Result<Self> {
         let fail = |error: rusqlite::Error| damaged(path, error);
+        // A column that is computed makes any number of bytes out of none.
+        let longest = i32::try_from(budget.left()).unwrap_or(i32::MAX);
+        database
+            .set_limit(Limit::SQLITE_LIMIT_LENGTH, longest.max(SHORTEST_LIMIT))
+            .map_err(fail)?;
         let has = |table: &str| {
             let query = "SELECT COUNT(*) FROM sqlite_master WHERE type = 'table' AND name = ?1";
             database
@@ -104,7 +112,7 @@ impl<'a> Db3<'a> {
                 let kind: String = row.get(2)?;
                 let channel = Channel {
                     topic: row.get(1)?,
-                    definition: definitions.get(&kind).cloned(),
+                    definition: (definitions.get(&kind)).map(|text| (LANGUAGE.to_owned(), text.clone())),
                     kind,
                     encoding: row.get(3)?,
                 };

@@ -96,6 +96,7 @@ impl Joints {
                 }
             }
         }
+        message.end()?;
         self.samples += 1;
         Ok(Some(stamp))
     }

@@ -18,6 +18,7 @@ use crate::memory::Budget;
 pub(crate) const MAGIC: &[u8; 8] = b"\x89MCAP0\r\n";
 
 const FOOTER: u8 = 2;
+const DATA_END: u8 = 15;
 const SCHEMA: u8 = 3;
 const CHANNEL: u8 = 4;
 const MESSAGE: u8 = 5;
@@ -142,7 +143,7 @@ impl<'a, R: Read, F: FnMut() -> Result<R>> Mcap<'a, F> {
         let (id, schema) = (fields.u16()?, fields.u16()?);
         let (topic, encoding) = (fields.text()?, fields.text()?);
         let (kind, language, text) = self.schemas.get(&schema).cloned().unwrap_or_default();
-        let definition = (language == "ros2msg").then_some(text);
+        let definition = (!language.is_empty()).then_some((language, text));
         self.channels.insert(
             id,
             Channel {
@@ -183,6 +184,7 @@ impl<R: Read, F: FnMut() -> Result<R>> Bag for Mcap<'_, F> {
         self.last = None;
         let mut at = 0;
         let mut content = Vec::new();
+        let mut sum = Crc::new();
         if !fill(self.path, &mut input, &mut content, 8)? || content != MAGIC {
             return Err(Error::content(
                 self.path,
@@ -191,6 +193,7 @@ impl<R: Read, F: FnMut() -> Result<R>> Bag for Mcap<'_, F> {
             ));
         }
         at += 8;
+        sum.update(&content);
         loop {
             let begin = at;
             let ended = |detail: &str| Error::Truncated {
@@ -204,6 +207,7 @@ impl<R: Read, F: FnMut() -> Result<R>> Bag for Mcap<'_, F> {
                 return Err(ended("within or before the record"));
             }
             let code = content[0];
+            let head = content.clone();
             let length = Fields(&content[1..]).u64().unwrap_or(u64::MAX);
             self.budget.take(length, &format!("the record at byte {begin}"))?;
             self.budget.give_back(length);
@@ -211,6 +215,14 @@ impl<R: Read, F: FnMut() -> Result<R>> Bag for Mcap<'_, F> {
                 return Err(ended("within the record"));
             }
             at += 9 + length;
+            if code == DATA_END {
+                let stored = Fields(&content).u32().unwrap_or(0);
+                if stored != 0 && stored != sum.sum() {
+                    return Err(self.damaged("the checksum of all data differs", Place::Byte(begin)));
+                }
+            }
+            sum.update(&head);
+            sum.update(&content);
             match code {
                 FOOTER => break,
                 CHUNK => self.chunk(&content, begin, each)?,

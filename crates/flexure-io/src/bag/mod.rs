@@ -57,8 +57,12 @@ struct Channel {
     topic: String,
     kind: String,
     encoding: String,
-    definition: Option<String>,
+    /// The language of the definition and its text, where there is one.
+    definition: Option<(String, String)>,
 }
+
+/// The language of definitions that is read.
+const LANGUAGE: &str = "ros2msg";
 
 impl Channel {
     /// The definition of its messages.
@@ -69,8 +73,14 @@ impl Channel {
         if self.encoding != "cdr" {
             return Err(format!("its messages are encoded as '{}', not as cdr", self.encoding).into());
         }
-        let definition = Definition::new(&self.kind, self.definition.as_deref());
-        let definition = definition.map_err(|problem| format!("its definition {problem}"))?;
+        let text = self.definition.as_ref().filter(|(language, _)| language == LANGUAGE);
+        let definition = Definition::new(&self.kind, text.map(|(_, text)| text.as_str()));
+        let definition = definition.map_err(|problem| match &self.definition {
+            Some((language, _)) if language != LANGUAGE => {
+                format!("its definition is in the language '{language}', of which only {LANGUAGE} is read")
+            }
+            _ => format!("its definition {problem}"),
+        })?;
         match definition.has_numbers(&definition.fields) {
             true => Ok(definition),
             false => Err("its messages have no numbers".into()),
@@ -170,7 +180,7 @@ pub(crate) fn read_db3(
     stream: Option<impl Read>,
 ) -> Result<RecordFile> {
     let mut bag = match stream {
-        None => db3::Db3::open(path)?,
+        None => db3::Db3::open(budget, path)?,
         Some(stream) => db3::Db3::load(budget, path, stream)?,
     };
     read(budget, path, options, &mut bag)
@@ -192,12 +202,9 @@ fn read(budget: &Budget, path: &Path, options: &ReadOptions, bag: &mut dyn Bag) 
             return Ok(());
         }
         let table = match &mut table {
-            Some(table) if table.kind == channel.kind => table,
             Some(table) => {
-                return Err(at(
-                    message.place,
-                    format!("is of type {}, those before of {}", channel.kind, table.kind).into(),
-                ));
+                table.accepts(channel).map_err(|fault| at(message.place, fault))?;
+                table
             }
             none => {
                 let new = Table::new(channel, joint);

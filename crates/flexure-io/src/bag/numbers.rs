@@ -51,6 +51,7 @@ impl Numbers {
             names: is_first.then(|| (String::new(), Vec::new(), &mut self.others)),
         };
         walk.message(&walk.definition.fields, true)?;
+        walk.cdr.end()?;
         let (stamp, values, lengths) = (walk.stamp, walk.values, walk.lengths);
         if let Some((_, names, _)) = walk.names {
             if names.is_empty() {

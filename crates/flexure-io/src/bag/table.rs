@@ -11,10 +11,13 @@ use super::numbers::Numbers;
 use crate::error::{Error, Result};
 use crate::record_file::RecordFile;
 
+/// The column of the instants; a message's own number of this name is called `message.t`.
+const TIME: &str = "t";
+
 /// The samples of a topic.
 pub(super) struct Table {
-    /// The type of its messages.
-    pub(super) kind: String,
+    /// That of its first message.
+    channel: Channel,
     columns: Columns,
     logged: Vec<i64>,
     stamps: Vec<Option<i64>>,
@@ -46,12 +49,27 @@ impl Table {
             }
         };
         Ok(Table {
-            kind: channel.kind.clone(),
+            channel: channel.clone(),
             columns,
             logged: Vec::new(),
             stamps: Vec::new(),
             passed: 0,
         })
+    }
+
+    /// Whether the messages of a channel are like those before.
+    ///
+    /// # Errors
+    /// What differs, completing "the message ...".
+    pub(super) fn accepts(&self, channel: &Channel) -> Decoded<()> {
+        let own = &self.channel;
+        if own.kind != channel.kind {
+            return Err(format!("is of type {}, those before of {}", channel.kind, own.kind).into());
+        }
+        if own.encoding != channel.encoding || own.definition != channel.definition {
+            return Err("has another definition or encoding than those before of the same type".into());
+        }
+        Ok(())
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -114,15 +132,16 @@ impl Table {
                 *samples = order.iter().map(|&i| samples[i]).collect();
             }
         }
-        let taken = columns.iter().any(|(name, _)| name == "t");
-        let time = if taken { "timestamp" } else { "t" };
+        for (name, _) in columns.iter_mut().filter(|(name, _)| name == TIME) {
+            *name = format!("message.{name}");
+        }
         let first = instants[0];
         let seconds = |&instant: &i64| (i128::from(instant) - i128::from(first)) as f64 / 1e9;
         let samples = instants.iter().map(seconds).collect();
-        let all = [(time.to_owned(), samples)].into_iter().chain(columns);
+        let all = [(TIME.to_owned(), samples)].into_iter().chain(columns);
         let record = Record::new(all).map_err(|error| Error::data(path, error))?;
         let mut file = RecordFile::new(record, path);
-        file.origins.push((time.to_owned(), first));
+        file.origins.push((TIME.to_owned(), first));
         file.units[0] = Some("s".to_owned());
         Ok(RecordFile { others, notes, ..file })
     }

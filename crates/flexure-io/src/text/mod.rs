@@ -29,6 +29,8 @@ pub(crate) use stamps::with_fraction;
 const HEAD: u64 = 1 << 18;
 /// The longest line, bytes: a million columns.
 const LONGEST_LINE: u64 = 32 << 20;
+/// What a column takes besides its samples, of which the first lines are held in pieces, bytes: measured.
+const COLUMN: u64 = 1 << 10;
 
 /// The rows of a table.
 fn table<R: Read>(input: R, separator: u8) -> csv::Reader<R> {
@@ -63,6 +65,7 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
     if head.starts_with(b"{") && head.windows(MODEL.len()).any(|part| part == MODEL.as_bytes()) {
         return Err(at((1, LineProblem::Model)));
     }
+    budget.take(COLUMN * fields(&head), "the columns")?;
     // The last line may be there in part.
     let whole = match head.iter().rposition(|&b| b == b'\n') {
         Some(end) if head.len() as u64 >= HEAD => &head[..=end],
@@ -117,6 +120,13 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
     file.notes.extend(decimals.map(str::to_owned));
     file.lines = sample_lines;
     Ok(file)
+}
+
+/// At most so many fields has the first line of a text.
+fn fields(head: &[u8]) -> u64 {
+    let line = head.split(|&byte| byte == b'\n').next().unwrap_or_default();
+    let count = |separator| line.iter().filter(|&&byte| byte == separator).count() as u64;
+    1 + b",;\t ".iter().map(|&separator| count(separator)).max().unwrap_or(0)
 }
 
 /// The beginning of a text, with the whole of its first line where no line is too long.

@@ -1,6 +1,6 @@
 //! What moves in a scenario, and what its controllers know of it: the tables `[plant]` and `[model]`.
 
-use std::path::{Component, Path};
+use std::path::Path;
 
 use flexure::control::flexible_link::{FlexibleLink, FlexibleLinkParameters};
 use flexure::manipulator::{Arm, ArmParameters, JointKind, Link};
@@ -10,6 +10,7 @@ use serde::Deserialize;
 use super::super::error::ArmError;
 use super::super::file::{ArmFile, Source};
 use super::super::presets::{PRESETS, preset};
+use super::super::record::is_below;
 use super::at;
 use crate::text::read_text;
 
@@ -150,8 +151,7 @@ fn arm(source: &Source, table: &str, choice: &BodyTable, folder: &Path) -> Resul
     let mut arm = match known {
         true => preset(name)?.arm,
         false => {
-            let plain = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
-            if !name.ends_with(".toml") || !Path::new(name).components().all(plain) {
+            if !name.ends_with(".toml") || !is_below(folder, Path::new(name)) {
                 let names: Vec<&str> = PRESETS.iter().map(|(name, _)| *name).collect();
                 let reason = format!(
                     "'{}' is neither a preset ({}) nor an arm file (.toml) in the scenario's folder or below",
