@@ -337,7 +337,69 @@ def test_a_fit_is_cancelled_and_leaves_nothing(app, tmp_path):
     page.ended(1, state="cancelled", seconds=20)
     # The button is gone; the keyboard goes on from its run.
     assert page.js("return document.activeElement.dataset.job") is not None
-    assert [path.name for path in (tmp_path / "project").iterdir() if not path.name.startswith(".")] == ["long.csv"]
+    assert [path.name for path in (tmp_path / "project").iterdir()] == ["long.csv"]
+
+
+def test_commands_end_with_the_app_and_a_result_is_kept_without_the_page(app, tmp_path):
+    folder = tmp_path / "project"
+    folder.mkdir()
+    untidy(folder / "short.csv", samples=600)
+    untidy(folder / "long.csv", samples=60_000)
+    page = app()
+
+    def begun(**request):
+        status, answer = page.asked("POST", page.prefix + "jobs", json.dumps(request))
+        assert status == 200, answer
+
+    options = {"x": "Time", "y": "Command"}
+    begun(command="regress", files=["short.csv"], options=options, outputs={"out": "curve.csv", "json": "curve.json"})
+    deadline = time.monotonic() + 60
+    while not (folder / "curve.json").exists() and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert json.loads((folder / "curve.json").read_text())["out"] == "curve.csv"
+    begun(command="identify", files=["long.csv"], options={"structure": "auto", "input": "Command", "output": "Time"}, outputs={"model": "m.json"})
+    children = Path(f"/proc/{page.process.pid}/task/{page.process.pid}/children")
+    of_threads = [own for task in children.parents[1].iterdir() for own in (task / "children").read_text().split()]
+    assert of_threads
+    page.process.terminate()
+    page.process.wait(10)
+    deadline = time.monotonic() + 10
+    while any(Path(f"/proc/{child}").exists() for child in of_threads) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert not any(Path(f"/proc/{child}").exists() for child in of_threads)
+    assert sorted(path.name for path in folder.iterdir()) == ["curve.csv", "curve.json", "long.csv", "short.csv"]
+
+
+def test_how_a_file_is_read_can_be_said(app, tmp_path):
+    folder = tmp_path / "project"
+    folder.mkdir()
+    lines = [f"{1 + k % 7},{100 + k};{2 + k % 5},{200 + k}" for k in range(300)]
+    (folder / "m.csv").write_text("u;y\n" + "\n".join(lines) + "\n")
+    page = app().open()
+    page.press("[aria-label='Open m.csv']")
+    page.ended(1, state="failed")
+    assert '"Decimal sign"' in page.problem() and "--" not in page.problem()
+    assert page.js("return document.querySelector('#how').open")
+    Select(page.find("#reading [name=decimal]")).select_by_value("comma")
+    page.press("#reading button")
+    page.ended(2)
+    page.wait("!document.querySelector('#columns').hidden")
+    least = page.js("return [...document.querySelectorAll('#column-rows tr')].map((row) => row.children[4].textContent)")
+    assert least == ["1.100", "2.200"]
+    # The identification reads it in the same way.
+    page.js("for (const [name, value] of [['input', 'u'], ['output', 'y']])"
+            " document.querySelector(`#column-rows [name=${name}][value=${value}]`).checked = true")
+    Select(page.find("#structure")).select_by_value("linear")
+    page.find("#identify [name=sample-time]").send_keys("0.01")
+    page.press("#identify button")
+    page.ended(3)
+    page.press("[aria-label='Open m-linear.json']")
+    Select(page.find("#format")).select_by_value("fmu")
+    Select(page.find("#fmi select")).select_by_value("3")
+    page.press("#export button")
+    page.ended(4)
+    with zipfile.ZipFile(folder / "m_linear.fmu") as archive:
+        assert 'fmiVersion="3.0"' in archive.read("modelDescription.xml").decode()
 
 
 def test_a_look_is_not_written_twice_and_the_keyboard_stays_where_it_was(app, tmp_path):
@@ -379,20 +441,25 @@ def test_what_is_wrong_is_said_in_the_words_of_the_page(app, tmp_path):
 
 
 def test_a_file_of_200_megabytes_is_taken_and_one_beyond_the_limit_is_not(app, tmp_path):
-    large = tmp_path / "large.bin"
-    with open(large, "wb") as file:
-        for k in range(200):
-            file.write(bytes([k]) * MEGABYTE)
+    large = tmp_path / "large.csv"
+    rng = random.Random(3)
+    block = "".join(f"{rng.random():.14f},{rng.random():.13f}\n" for _ in range(MEGABYTE // 32))
+    with open(large, "w") as file:
+        file.write("u,y\n")
+        for _ in range(200):
+            file.write(block)
     page = app("--largest-file", "250MiB").open()
     page.upload(large)
-    page.wait("document.querySelector('[aria-label=\"Download large.bin\"]') !== null", 120)
-    assert (tmp_path / "project" / "large.bin").stat().st_size == 200 * MEGABYTE
+    page.wait("document.querySelector('[aria-label=\"Download large.csv\"]') !== null", 120)
+    assert (tmp_path / "project" / "large.csv").stat().st_size > 199 * MEGABYTE
+    page.ended(1, seconds=300)
+    page.wait("!document.querySelector('#columns').hidden")
     with open(large, "ab") as file:
         file.write(bytes(60 * MEGABYTE))
     page.upload(large)
     page.wait("document.querySelector('#problem').textContent !== ''", 120)
     assert "too large" in page.problem() or "not taken" in page.problem()
-    assert not (tmp_path / "project" / "large-2.bin").exists()
+    assert not (tmp_path / "project" / "large-2.csv").exists()
 
 
 def test_a_page_of_another_origin_gets_nothing(app, browser, tmp_path):

@@ -32,7 +32,8 @@ pub fn is_usage(error: &anyhow::Error) -> bool {
         |error: &flexure::Error| matches!(error, flexure::Error::Parameter(ParameterError::OutOfRange { .. }));
     // With a file named beside it, it depends on the data.
     let alone = error.chain().len() == 1;
-    error.is::<Usage>() || alone && error.downcast_ref().is_some_and(refused)
+    let named = |error: &flexure_io::Error| matches!(error, flexure_io::Error::UnknownExtension { .. });
+    error.is::<Usage>() || alone && error.downcast_ref().is_some_and(refused) || error.downcast_ref().is_some_and(named)
 }
 
 /// A parser of the names of choices, whose help lists them.

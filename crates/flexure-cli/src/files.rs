@@ -17,6 +17,9 @@ pub fn prepare<'a>(
 ) -> Result<()> {
     let (records, others): (Vec<_>, Vec<_>) = (records.into_iter().collect(), others.into_iter().collect());
     keep_apart(inputs, records.iter().chain(&others).copied())?;
+    if records.iter().chain(&others).any(|path| path.as_os_str() == "-") {
+        return Err(Usage("'-' names no file to write; give a name, such as /dev/stdout".to_owned()).into());
+    }
     for path in records {
         check_record_writable(path)?;
     }

@@ -78,9 +78,26 @@ enum Command {
     Man(help::ManualArguments),
 }
 
+/// The most threads, whatever `RAYON_NUM_THREADS` says.
+const MOST_THREADS: usize = 1024;
+
+/// Makes the threads of all computations; where the system allows none, the main thread computes alone.
+fn threads() {
+    let asked = std::env::var("RAYON_NUM_THREADS")
+        .ok()
+        .and_then(|count| count.parse().ok());
+    // 0: as many as the machine has cores.
+    let count: usize = asked.unwrap_or(0);
+    let pool = || rayon::ThreadPoolBuilder::new().num_threads(count.min(MOST_THREADS));
+    if pool().build_global().is_err() {
+        let _ = pool().num_threads(1).use_current_thread().build_global();
+    }
+}
+
 fn main() -> ExitCode {
     #[cfg(unix)]
     signals::watch();
+    threads();
     // Where the arguments cannot be read, the process ends here with 2; after `--help`, with 0.
     let command = help::grouped(Cli::command());
     let given = Cli::from_arg_matches(&command.clone().get_matches()).unwrap_or_else(|error| error.exit());

@@ -156,7 +156,7 @@ pub fn measured<T: Send>(what: &'static str, work: impl FnOnce(&Reported) -> T +
     let reported = Reported::default();
     let interrupt = Interrupt::default();
     std::thread::scope(|scope| {
-        let ticker = scope.spawn(|| {
+        let ticker = std::thread::Builder::new().spawn_scoped(scope, || {
             let progress = Progress::new(what, 0.0);
             let mut step = Step::new(Instant::now());
             while !done.load(Ordering::Relaxed) {
@@ -166,7 +166,7 @@ pub fn measured<T: Send>(what: &'static str, work: impl FnOnce(&Reported) -> T +
             }
         });
         // Also when `work` panics, or the scope would wait for the ticker for ever.
-        let _stop = Stop(&done, ticker.thread());
+        let _stop = ticker.as_ref().ok().map(|ticker| Stop(&done, ticker.thread()));
         match interrupt.watch(|| work(&reported)) {
             Ok(result) => result,
             // Nobody asks it to: signals end the process.

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use anyhow::{Context as _, Result, bail};
 use clap::{Args as _, FromArgMatches as _, ValueEnum};
+use flexure::text::exact;
 use flexure_io::{Decimal, Instants, ModelFile, ReadOptions, RecordFile, TimeColumn};
 use flexure_workbench::look::NOTED_JITTER;
 
@@ -48,7 +49,7 @@ pub struct Reading {
     /// Of a ROS 2 bag: the joint, whose columns then are position, velocity and effort.
     #[arg(long, value_name = "NAME")]
     pub joint: Option<String>,
-    /// The most memory that the record may take, for example 8GiB; by default 4GiB, or half of the free memory where that is less.
+    /// The most memory that the record may take, for example 8GiB; by default 4GiB, or a tenth of the free memory where that is less.
     #[arg(long, value_name = "SIZE", value_parser = arguments::memory)]
     memory: Option<u64>,
 }
@@ -249,10 +250,11 @@ impl Reading {
             && (given - time.clock.step).abs() > SAME_SAMPLE_TIME * time.clock.step
         {
             bail!(
-                "{}: column '{}' has a sample time of {} s, but --sample-time says {given} s; leave the option out or correct the column",
+                "{}: column '{}' has a sample time of {} s, but --sample-time says {} s; leave the option out or correct the column",
                 file.path.display(),
                 time.name,
-                time.clock.step
+                exact(time.clock.step),
+                exact(given)
             );
         }
         Ok(given.or(recorded.map(|time| time.clock.step)))

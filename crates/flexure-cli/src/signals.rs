@@ -1,19 +1,34 @@
-//! Signals that end the process: its temporary files go first.
+//! Signals that end the process: its temporary files, and its commands, go first.
 
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use std::sync::OnceLock;
+
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
 use signal_hook::low_level::emulate_default_handler;
 
+/// What else is to be done before the process ends.
+static BEFORE: OnceLock<Box<dyn Fn() + Send + Sync>> = OnceLock::new();
+
+/// Does this too before a signal ends the process; the first that is asked for is done.
+pub fn before_end(work: impl Fn() + Send + Sync + 'static) {
+    let _ = BEFORE.set(Box::new(work));
+}
+
 /// Ends the process at once on SIGINT, SIGTERM and SIGHUP, as they do by themselves, but without what it was writing.
 pub fn watch() {
-    let heard = [SIGINT, SIGTERM, SIGHUP]
+    let heard = [SIGINT, SIGTERM, SIGHUP, SIGXFSZ]
         .into_iter()
         .filter(|signal| !is_ignored(*signal));
     let Ok(mut signals) = Signals::new(heard) else {
         return;
     };
-    std::thread::spawn(move || {
-        if let Some(signal) = signals.forever().next() {
+    // Where there can be no other thread, they end the process by themselves.
+    let _ = std::thread::Builder::new().spawn(move || {
+        // A file that is larger than the system allows is an error of its writing.
+        if let Some(signal) = signals.forever().find(|signal| *signal != SIGXFSZ) {
+            if let Some(work) = BEFORE.get() {
+                work();
+            }
             flexure_io::remove_temporaries();
             let _ = emulate_default_handler(signal);
         }

@@ -234,6 +234,96 @@ fn messages_are_short() {
     }
 }
 
+/// Numbers of options are shown with as many digits as they have, be they ever so small or large.
+#[test]
+fn numbers_of_options_are_shown_short() {
+    let folder = Folder::new();
+    folder.known("r.csv", 300, 1);
+    for arguments in [
+        "identify r.csv --input u --output y --sample-time 1e-300",
+        "prepare r.csv --sample-time 0.01 --resample 1e300 -o out.csv",
+        "prepare r.csv --sample-time 0.01 --cut 1e300:1e301 -o out.csv",
+        "prepare r.csv --sample-time 0.01 --low-pass 1e-300 -o out.csv",
+        "joint r.csv --position u --torque y --sample-time 1e-300",
+    ] {
+        let outcome = folder.run(arguments);
+        let said = outcome.stderr + &outcome.stdout;
+        assert!(!said.contains(&"0".repeat(30)), "{arguments}: {said}");
+    }
+}
+
+/// What is known before anything is read or computed is wrong usage.
+#[test]
+fn names_of_files_to_write_are_checked_first() {
+    let folder = Folder::new();
+    folder.known("r.csv", 300, 1);
+    folder.done("simulate --preset space-arm --write-arm a.toml");
+    for (arguments, said) in [
+        ("simulate a.toml -o out.txt", "out.txt"),
+        ("prepare r.csv -o out.doc", "out.doc"),
+        ("identify r.csv --input u --output y -o -", "'-' names no file to write"),
+    ] {
+        let outcome = folder.run(arguments);
+        assert_eq!(outcome.code, Some(2), "{arguments}: {outcome:?}");
+        assert!(outcome.stderr.contains(said), "{arguments}: {outcome:?}");
+    }
+}
+
+/// An arm whose simulation fails takes no other file's place.
+#[test]
+fn an_arm_that_cannot_be_simulated_is_not_written() {
+    let folder = Folder::new();
+    folder.done("simulate --preset space-arm --write-arm a.toml");
+    let arm = folder.read("a.toml");
+    let (head, _) = arm.split_once("[excitation]").unwrap();
+    folder.write("torques.csv", "tau1,tau2\n".to_owned() + &"1e12,0\n".repeat(1001));
+    folder.write(
+        "a.toml",
+        format!("{head}[excitation]\nkind = \"record\"\nfile = \"torques.csv\"\n"),
+    );
+    folder.write("kept.toml", "old");
+    let outcome = folder.run("simulate a.toml -o out.csv --write-arm kept.toml");
+    assert_eq!(outcome.code, Some(1), "{outcome:?}");
+    assert_eq!(folder.read("kept.toml"), "old");
+}
+
+/// A file beyond the system's limit is an error like that of a full disk.
+#[cfg(unix)]
+#[test]
+fn a_limit_of_file_sizes_is_a_failed_write() {
+    let folder = Folder::new();
+    folder.known("r.csv", 5000, 1);
+    folder.write("out.csv", "old");
+    let before = folder.content();
+    let program = folder.command("prepare r.csv -o out.csv");
+    let mut limited = std::process::Command::new("sh");
+    limited.args(["-c", "ulimit -f 16 && exec \"$0\" \"$@\""]);
+    limited.arg(program.get_program()).args(program.get_args());
+    let outcome = outcome(limited.current_dir(folder.path("")));
+    assert_eq!(outcome.code, Some(1), "{outcome:?}");
+    assert!(outcome.stderr.contains("out.csv"), "{outcome:?}");
+    assert_eq!(folder.content(), before);
+}
+
+/// A folder that takes no file is named before anything is computed. Whoever may do everything may write there too.
+#[cfg(unix)]
+#[test]
+fn a_folder_that_takes_no_file_is_named_first() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let folder = Folder::new();
+    folder.known("r.csv", 300, 1);
+    let closed = folder.path("closed");
+    std::fs::create_dir(&closed).unwrap();
+    std::fs::set_permissions(&closed, std::fs::Permissions::from_mode(0o555)).unwrap();
+    if std::fs::write(closed.join("probe"), "").is_ok() {
+        println!("skipped: this user may write to every folder");
+        return;
+    }
+    // The record's columns are not looked at before.
+    let outcome = folder.run("identify r.csv --input none --output y -o closed/m.json");
+    assert!(outcome.stderr.contains("closed/m.json"), "{outcome:?}");
+}
+
 /// An arm from somebody else reads no file but those beside it, and tells nothing of others.
 #[test]
 fn an_arm_file_names_records_beside_it() {
@@ -273,6 +363,21 @@ fn an_arm_file_names_records_beside_it() {
                 "{outcome:?}"
             );
         }
+    }
+    // So does a scenario of its arm.
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("../secret.csv", folder.path("arms/plant.toml")).unwrap();
+        folder.done("control --preset rest-to-rest --write-scenario arms/s.toml --dry-run");
+        let scenario = folder.read("arms/s.toml");
+        let line = scenario.lines().find(|line| line.starts_with("arm =")).unwrap();
+        folder.write("arms/s.toml", scenario.replace(line, "arm = \"plant.toml\""));
+        let outcome = folder.run("control arms/s.toml --dry-run");
+        assert_eq!(outcome.code, Some(1), "{outcome:?}");
+        assert!(
+            outcome.stderr.contains("in the scenario's folder or below") && !outcome.stderr.contains("hunter2"),
+            "{outcome:?}"
+        );
     }
     // Beside it, it is a record like any other.
     folder.write("arms/good.csv", "tau1,tau2\n".to_owned() + &"1,0\n".repeat(200));

@@ -58,9 +58,9 @@ fn the_identified_arm_moves_as_the_true_one_under_a_fresh_torque() {
     for (file, header) in [
         (
             "stiffness.csv",
-            "deflection,torque,lower,upper,stiffness,stiffness_lower,stiffness_upper",
+            "deflection [rad],torque [N m],lower [N m],upper [N m],stiffness [N m/rad],stiffness_lower [N m/rad],stiffness_upper [N m/rad]",
         ),
-        ("friction.csv", "velocity,torque,lower,upper"),
+        ("friction.csv", "velocity [rad/s],torque [N m],lower [N m],upper [N m]"),
     ] {
         assert!(folder.read(file).starts_with(header), "{file}");
     }

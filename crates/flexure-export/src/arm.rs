@@ -84,6 +84,7 @@ pub fn export_arm(file: &ArmFile, record: &Record, out: &Path, options: Options<
             header: header_text,
             inputs: vec![named("tau1", "N.m"), named("tau2", "N.m")],
             outputs: OUTPUTS.iter().map(|(output, unit)| named(output, unit)).collect(),
+            parameters: parameters(&arm),
             sample_time: Some(file.run.sample_time),
             nature: fmu::Nature::Arm,
         };
@@ -251,6 +252,69 @@ fn constants(arm: &Arm, file: &ArmFile, steps: u64) -> minijinja::Value {
         start => literals(&start),
         h => format!("{:?}", file.run.sample_time / steps as f64),
     }
+}
+
+/// The numbers of an arm, by joint: inertias, springs and friction.
+fn parameters(arm: &Arm) -> Vec<fmu::Parameter> {
+    let links = arm.link_dynamics();
+    let parameter = |name: String, value, unit, about| fmu::Parameter {
+        name,
+        value,
+        unit: Some(unit),
+        about,
+    };
+    let mut all = vec![
+        parameter(
+            "inertia_shoulder".to_owned(),
+            links.shoulder,
+            "kg.m2",
+            "Of both links about the shoulder, less what moves with the elbow's cosine",
+        ),
+        parameter(
+            "inertia_elbow".to_owned(),
+            links.elbow,
+            "kg.m2",
+            "Of the second link about the elbow",
+        ),
+        parameter(
+            "inertia_coupling".to_owned(),
+            links.coupling,
+            "kg.m2",
+            "Times the elbow's cosine: what both links share",
+        ),
+    ];
+    for i in 0..2 {
+        let mut add =
+            |name: &str, value, unit, about| all.push(parameter(format!("{name}{}", i + 1), value, unit, about));
+        let joint = arm.parameters().joints[i];
+        let spring = arm.stiffness()[i];
+        if arm.model() != JointKind::Rigid {
+            add(
+                "motor_inertia",
+                joint.motor_inertia,
+                "kg.m2",
+                "Of the motor, at the joint",
+            );
+            add("stiffness", spring.linear, "N.m/rad", "Of the joint, linear");
+            add("cubic_stiffness", spring.cubic, "N.m/rad3", "Of the joint, cubic");
+            add("windup", spring.windup, "N.m", "Torque of the wind-up");
+            add("windup_sharpness", spring.windup_sharpness, "1/rad", "Of the wind-up");
+            add("damping", joint.damping, "N.m.s/rad", "Of the joint");
+        }
+        let gammas = arm.friction()[i]
+            .0
+            .into_iter()
+            .zip(["N.m", "s/rad", "s/rad", "N.m", "s/rad", "N.m.s/rad"]);
+        for (k, (gamma, unit)) in (1..).zip(gammas) {
+            add(
+                &format!("friction_gamma{k}_"),
+                gamma,
+                unit,
+                "g1 (tanh(g2 v) - tanh(g3 v)) + g4 tanh(g5 v) + g6 v",
+            );
+        }
+    }
+    all
 }
 
 /// An upper bound of how fast the arm's motion can change, 1/s: the steepest friction, and the stiffest spring, on the least inertia, beside

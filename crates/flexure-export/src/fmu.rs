@@ -11,7 +11,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use crate::error::{Error, Result};
-use crate::program::Program;
+use crate::program::{Kind, Program};
 use crate::text::{rendered, text};
 use crate::{Described, Fmi};
 
@@ -19,7 +19,7 @@ use crate::{Described, Fmi};
 const OWN: [&str; 2] = ["sample_time", "time"];
 
 /// Units by their names, in base units of the SI, as the description has them.
-const BASES: [(&[&str], &str); 24] = [
+const BASES: [(&[&str], &str); 30] = [
     (&["s"], r#"s="1""#),
     (&["ms"], r#"s="1" factor="0.001""#),
     (&["m"], r#"m="1""#),
@@ -38,6 +38,12 @@ const BASES: [(&[&str], &str); 24] = [
     (&["Hz"], r#"s="-1""#),
     (&["N"], r#"kg="1" m="1" s="-2""#),
     (&["N.m", "N m", "Nm", "N·m", "N*m"], r#"kg="1" m="2" s="-2""#),
+    (&["N.m/rad", "N m/rad"], r#"kg="1" m="2" s="-2" rad="-1""#),
+    (&["N.m/rad3"], r#"kg="1" m="2" s="-2" rad="-3""#),
+    (&["N.m.s/rad", "N m s/rad"], r#"kg="1" m="2" s="-1" rad="-1""#),
+    (&["s/rad"], r#"s="1" rad="-1""#),
+    (&["1/rad"], r#"rad="-1""#),
+    (&["kg.m2", "kg m^2", "kg m2"], r#"kg="1" m="2""#),
     (&["kg"], r#"kg="1""#),
     (&["A"], r#"A="1""#),
     (&["mA"], r#"A="1" factor="0.001""#),
@@ -57,6 +63,8 @@ pub struct Content {
     /// The inputs and the outputs.
     pub inputs: Vec<Variable>,
     pub outputs: Vec<Variable>,
+    /// The numbers of the model that have a meaning of their own.
+    pub parameters: Vec<Parameter>,
     /// The seconds of a sample.
     pub sample_time: Option<f64>,
     /// What the outputs depend on.
@@ -69,6 +77,18 @@ pub struct Variable {
     pub name: String,
     /// Its unit, where that is known.
     pub unit: Option<String>,
+}
+
+/// A number of the model.
+pub struct Parameter {
+    /// Its name.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Its unit, where that is known.
+    pub unit: Option<&'static str>,
+    /// What it is.
+    pub about: &'static str,
 }
 
 /// What the outputs of a unit depend on.
@@ -85,13 +105,15 @@ pub enum Nature {
 /// The archive of a model.
 pub fn of_model(program: &Program<'_>, described: &Described<'_>, fmi: Fmi, compile: bool) -> Result<Vec<u8>> {
     let header = format!("{}.h", described.name);
-    let mut inputs = variables(described.model);
+    let parameters = coefficients(program);
+    let mut inputs = variables(described.model, &parameters);
     let outputs = inputs.split_off(inputs.len() - 1);
     let content = Content {
         source: text("c", program, described, context! { header })?,
         header: text("h", program, described, Value::UNDEFINED)?,
         inputs,
         outputs,
+        parameters,
         sample_time: described.model.sample_time,
         nature: if program.is_static() {
             Nature::Static
@@ -117,6 +139,7 @@ pub fn archive(content: Content, name: &str, about: &[String], fmi: Fmi, compile
         inputs => content.inputs.len(),
         variables => values(&content.inputs),
         results => values(&content.outputs),
+        parameters => content.parameters.iter().map(parameter).collect::<Vec<_>>(),
         units => units(&content),
         is_arm => content.nature == Nature::Arm,
         is_static,
@@ -165,6 +188,7 @@ fn units(content: &Content) -> Vec<Value> {
     let names: BTreeSet<&str> = time
         .into_iter()
         .chain(variables.filter_map(|v| v.unit.as_deref()))
+        .chain(content.parameters.iter().filter_map(|p| p.unit))
         .collect();
     let base = |name: &str| {
         BASES
@@ -178,12 +202,50 @@ fn units(content: &Content) -> Vec<Value> {
         .collect()
 }
 
+/// The coefficients of the linear blocks, and the offsets.
+fn coefficients(program: &Program<'_>) -> Vec<Parameter> {
+    let parameter = |name: String, value: f64, about: &'static str| Parameter {
+        name,
+        value,
+        unit: None,
+        about,
+    };
+    let mut found = Vec::new();
+    for (k, step) in program.steps.iter().enumerate() {
+        match &step.kind {
+            Kind::Linear(system) => {
+                for (side, values) in [("b", system.b()), ("a", system.a())] {
+                    let each = values.iter().enumerate();
+                    found.extend(each.map(|(j, v)| {
+                        parameter(
+                            format!("block{k}_{side}{j}"),
+                            *v,
+                            "Coefficient of a linear block, of the power of 1/z that its name ends with",
+                        )
+                    }));
+                }
+            }
+            Kind::Offset(offset) => {
+                found.push(parameter(format!("block{k}_offset"), *offset, "A number that is added"))
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+fn parameter(p: &Parameter) -> Value {
+    context! { name => &p.name, unit => p.unit, about => p.about, value => format!("{:?}", p.value) }
+}
+
 /// Inputs and output: their names all different, printable, and none of the description's own.
-fn variables(model: &ModelFile) -> Vec<Variable> {
+fn variables(model: &ModelFile, parameters: &[Parameter]) -> Vec<Variable> {
     let mut names: Vec<String> = Vec::new();
     let variable = |column: &String| {
         let visible = visible(column);
-        let free = |name: &String| !names.contains(name) && !OWN.contains(&name.as_str());
+        let free = |name: &String| {
+            !names.contains(name) && !OWN.contains(&name.as_str()) && parameters.iter().all(|p| p.name != *name)
+        };
         let numbered = (2..).map(|k| format!("{visible}_{k}"));
         let name = std::iter::once(visible.clone())
             .chain(numbered)

@@ -7,13 +7,16 @@ use crate::error::{Error, Result};
 /// The longest name: MATLAB's limit.
 const LONGEST: usize = 63;
 
-/// Words that no format takes for a name: those of C, C++, Python and MATLAB.
-const RESERVED: &str = "alignas alignof and as asm assert async auto await bool break case catch char class classdef const constexpr continue \
-    decltype def default del delete do double elif else elseif end enum except explicit export extern false False finally float \
-    for friend from function global goto if import in inline int is lambda long main mutable namespace new noexcept None nonlocal \
-    not nullptr operator or otherwise parfor pass persistent private protected public raise register restrict return short signed \
-    sizeof spmd static struct switch template this throw true True try typedef typename union unsigned using virtual void \
-    volatile while with xor yield";
+/// Words that no format takes for a name: those of C, C++, Python and MATLAB, with the functions and headers that the files use, and `fmi`,
+/// which is a file of an FMU.
+const RESERVED: &str = "abs alignas alignof all and any as asm assert async auto await bool break case catch ceil char class classdef clamp const \
+    constexpr continue cos cosh decltype def default del delete do double elif else elseif end enum enumerate eps error except exp \
+    explicit export extern false False finally float floor fmi fmod for friend from function global goto hypot if import in inline \
+    int is isempty isinf isnan isinstance lambda len length list long main math max min mutable namespace nan NaN new noexcept None \
+    nonlocal not nullptr numel ones operator or otherwise parfor pass persistent pow print private protected public raise range register \
+    repmat restrict return reversed round self short sign signed sin sinh size sizeof spmd sqrt static stdbool stddef stdint stdlib string struct \
+    sum super switch tan tanh template this throw true True try tuple typedef typename union unsigned using virtual void volatile while \
+    with xor yield zeros zip";
 
 fn is_reserved(name: &str) -> bool {
     RESERVED.split_whitespace().any(|word| word == name)
@@ -35,7 +38,7 @@ pub fn check(name: &str) -> Result<()> {
         return Err(wrong("it may have at most 63 characters"));
     }
     if is_reserved(name) {
-        return Err(wrong("this is a word of C, C++, Python or MATLAB"));
+        return Err(wrong("this is a word of C, C++, Python or MATLAB, or a file of theirs"));
     }
     Ok(())
 }
@@ -54,9 +57,28 @@ pub fn of_file(path: &Path) -> String {
     name
 }
 
-/// Text of a file in a comment or a string of any language: printable ASCII alone, and nothing that could end a comment or a string.
+/// Signs of units in ASCII.
+const SIGNS: [(char, &str); 6] = [
+    ('°', "deg"),
+    ('²', "2"),
+    ('³', "3"),
+    ('·', "."),
+    ('µ', "u"),
+    ('Ω', "Ohm"),
+];
+
+/// Text of a file in a comment or a string of any language: printable ASCII alone, and nothing that could end a comment or a string. A
+/// slash stays between letters or digits, as in `rad/s`.
 pub fn plain(text: &str) -> String {
-    let safe = |c: char| match c {
+    let spelt = SIGNS
+        .iter()
+        .fold(text.to_owned(), |text, (sign, ascii)| text.replace(*sign, ascii));
+    let chars: Vec<char> = spelt.chars().collect();
+    let is_within = |i: usize| {
+        let beside = [i.checked_sub(1), Some(i + 1)].map(|at| at.and_then(|at| chars.get(at)));
+        beside.iter().all(|c| c.is_some_and(char::is_ascii_alphanumeric))
+    };
+    let safe = |(i, c): (usize, &char)| match *c {
         'a'..='z'
         | 'A'..='Z'
         | '0'..='9'
@@ -74,11 +96,12 @@ pub fn plain(text: &str) -> String {
         | '+'
         | '='
         | '^'
-        | '~' => c,
+        | '~' => *c,
+        '/' if is_within(i) => '/',
         '/' => '|',
         _ => '_',
     };
-    text.chars().map(safe).collect()
+    chars.iter().enumerate().map(safe).collect()
 }
 
 #[cfg(test)]
@@ -133,5 +156,9 @@ mod tests {
             "{text}"
         );
         assert!(text.is_ascii());
+        assert_eq!(
+            plain("u in °/s, y in N·m/rad, //x/ */ 1/²"),
+            "u in deg/s, y in N.m/rad, ||x| _| 1/2"
+        );
     }
 }

@@ -32,9 +32,12 @@ pub struct Request {
 }
 
 impl Request {
-    /// The value of a field of the head.
-    pub fn field(&self, name: &str) -> Option<&str> {
-        let found = self.fields.iter().find(|(own, _)| own.eq_ignore_ascii_case(name));
+    /// The values of a field of the head.
+    pub fn fields(&self, name: &str) -> impl Iterator<Item = &str> {
+        let found = self
+            .fields
+            .iter()
+            .filter(move |(own, _)| own.eq_ignore_ascii_case(name));
         found.map(|(_, value)| value.as_str())
     }
 }
@@ -113,6 +116,7 @@ impl Answer {
 fn reason(status: u16) -> &'static str {
     match status {
         200 => "OK",
+        303 => "See Other",
         400 => "Bad Request",
         403 => "Forbidden",
         404 => "Not Found",

@@ -10,7 +10,7 @@ use flexure_io::write_atomically;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::project::{Project, header};
+use super::project::{Project, header, no_name};
 use crate::progress::{LINES, MARK};
 
 /// The commands that can be asked for.
@@ -105,6 +105,8 @@ struct Said {
     progress: String,
     messages: String,
     open: usize,
+    /// The result is longer than what is kept.
+    is_cut: bool,
 }
 
 /// All commands.
@@ -121,11 +123,9 @@ impl Jobs {
     /// # Errors
     /// What is wrong with the request.
     pub fn begin(&self, project: &Project, request: &Request) -> Result<u64, String> {
+        self.look(project);
         let mut all = self.all();
         let (last, jobs) = &mut *all;
-        for job in jobs.values_mut() {
-            job.look(project);
-        }
         if jobs.values().filter(|job| job.ended.is_none()).count() >= MOST_RUNNING {
             return Err(format!(
                 "{MOST_RUNNING} commands are running; wait for one, or cancel one"
@@ -187,11 +187,37 @@ impl Jobs {
             return false;
         };
         job.look(project);
-        if job.ended.is_none() && job.child.kill().is_ok() {
-            job.cancelled = true;
+        if job.ended.is_none() {
+            job.cancelled = end(&mut job.child);
         }
         true
     }
+
+    /// Sees to the commands that have ended.
+    pub fn look(&self, project: &Project) {
+        for job in self.all().1.values_mut() {
+            job.look(project);
+        }
+    }
+
+    /// Ends all commands.
+    pub fn end(&self) {
+        for job in self.all().1.values_mut().filter(|job| job.ended.is_none()) {
+            end(&mut job.child);
+        }
+    }
+}
+
+/// Ends a process, which has the time to take away what it has not written to the end.
+fn end(child: &mut Child) -> bool {
+    #[cfg(unix)]
+    {
+        use rustix::process::{Pid, Signal, kill_process};
+        let running = matches!(child.try_wait(), Ok(None));
+        running && kill_process(Pid::from_child(child), Signal::TERM).is_ok()
+    }
+    #[cfg(not(unix))]
+    child.kill().is_ok()
 }
 
 impl Job {
@@ -213,11 +239,16 @@ impl Job {
         }
         let mut code = status.code();
         if let (Some(0), Some(name)) = (code, self.outputs.get(OBJECT)) {
-            let kept = write_atomically(project.folder.join(name), |out| {
-                out.write_all(self.said().result.as_bytes())
-            });
-            if let Err(error) = kept {
-                self.said().messages.push_str(&error.to_string());
+            let mut said = self.said();
+            let kept = match said.is_cut {
+                true => Err(format!(
+                    "the object is longer than {LONGEST} bytes; the command line prints it"
+                )),
+                false => write_atomically(project.folder.join(name), |out| out.write_all(said.result.as_bytes()))
+                    .map_err(|error| error.to_string()),
+            };
+            if let Err(problem) = kept {
+                said.messages.push_str(&problem);
                 code = None;
             }
         }
@@ -232,19 +263,20 @@ impl Job {
 
 /// Names for the files to write, which are promised.
 fn promise(project: &Project, wanted: &BTreeMap<String, String>) -> Result<BTreeMap<String, String>, String> {
-    let mut outputs = BTreeMap::new();
-    for (option, name) in wanted {
-        let known = OUTPUTS.contains(&option.as_str()) || option == OBJECT;
-        let promised = known.then(|| project.promise(name)).flatten();
-        let Some(name) = promised else {
-            project.release(outputs.values());
-            return Err(format!(
-                "'{name}' is no name for a file; leave out slashes, colons and leading dots"
-            ));
-        };
-        outputs.insert(option.clone(), name);
+    if let Some(option) = wanted
+        .keys()
+        .find(|option| !OUTPUTS.contains(&option.as_str()) && *option != OBJECT)
+    {
+        return Err(format!("there is no option '{option}'"));
     }
-    Ok(outputs)
+    let names: Vec<&str> = wanted.values().map(String::as_str).collect();
+    match project.promise(&names) {
+        Some(promised) => Ok(wanted.keys().cloned().zip(promised).collect()),
+        None => {
+            let wrong = names.iter().find(|name| project.path(name).is_none());
+            Err(no_name(wrong.unwrap_or(&names[0])))
+        }
+    }
 }
 
 /// The arguments of the program. All that is no file of the project stands behind an equals sign, and so cannot be another option.
@@ -294,13 +326,14 @@ fn start(project: &Project, arguments: &[String]) -> Result<(Child, Arc<Mutex<Sa
     let (out, err) = (child.stdout.take(), child.stderr.take());
     let theirs = said.clone();
     std::thread::spawn(move || {
-        let mut text = Vec::new();
+        let (mut text, mut is_cut) = (Vec::new(), false);
         if let Some(mut out) = out {
             let _ = (&mut out).take(LONGEST).read_to_end(&mut text);
             // What is beyond is read, so that the command ends, and forgotten.
-            let _ = std::io::copy(&mut out, &mut std::io::sink());
+            is_cut = std::io::copy(&mut out, &mut std::io::sink()).is_ok_and(|beyond| beyond > 0);
         }
         let mut said = theirs.lock().unwrap_or_else(PoisonError::into_inner);
+        said.is_cut = is_cut;
         said.result = String::from_utf8_lossy(&text).into_owned();
         said.open -= 1;
     });

@@ -11,15 +11,20 @@ mod server;
 use std::io::IsTerminal;
 use std::net::TcpListener;
 use std::path::PathBuf;
+use std::sync::Mutex;
+use std::time::Duration;
 
 use anyhow::{Context as _, Result, bail};
 use flexure_io::make_folder;
 
 use crate::arguments;
 use crate::output::print;
+use crate::signals;
 use project::Project;
 use server::App;
 
+/// How often it is seen to what commands have ended, whose page may be closed.
+const ROUND: Duration = Duration::from_millis(500);
 /// The largest file that is taken, bytes, unless given.
 const LARGEST: u64 = 4 << 30;
 
@@ -60,25 +65,40 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             arguments.port
         ),
     };
-    let mut token = [0; 16];
-    if let Err(error) = getrandom::fill(&mut token) {
-        bail!("the system gives no random numbers: {error}");
-    }
-    let token: String = token.iter().map(|byte| format!("{byte:02x}")).collect();
+    let (token, entrance) = (random()?, random()?);
     let page = format!("http://{address}/{token}/");
-    let app = App {
+    let opens = !arguments.no_open && std::io::stdout().is_terminal();
+    // It is there until the process ends.
+    let app: &'static App = Box::leak(Box::new(App {
         host: address.to_string(),
         token,
+        entrance: Mutex::new(opens.then(|| entrance.clone())),
         project: Project::new(folder, arguments.largest_file.unwrap_or(LARGEST)),
         jobs: jobs::Jobs::default(),
-    };
+    }));
+    signals::before_end(|| app.jobs.end());
+    std::thread::spawn(|| {
+        loop {
+            std::thread::sleep(ROUND);
+            app.jobs.look(&app.project);
+        }
+    });
     print(&format!(
         "{page}\nCtrl-C ends the app. Whoever has this address can use it."
     ))?;
-    if !arguments.no_open && std::io::stdout().is_terminal() {
-        // The address stands there for who has no browser here.
-        let _ = open::that_detached(&page);
+    if opens {
+        // The address stands there for who has no browser here. Other users see what a browser is told, so that it works once.
+        let _ = open::that_detached(format!("http://{address}/{entrance}"));
     }
     http::serve(&listener, &|request| app.answer(request));
     Ok(())
+}
+
+/// A path that nobody can guess.
+fn random() -> Result<String> {
+    let mut bytes = [0_u8; 16];
+    if let Err(error) = getrandom::fill(&mut bytes) {
+        bail!("the system gives no random numbers: {error}");
+    }
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
 }

@@ -6,7 +6,7 @@ const theme = () => document.documentElement.classList.toggle("dark", dark.match
 dark.addEventListener("change", theme);
 theme();
 
-/** The record or model that is open, its topic, and what the project has. */
+/** The record or model that is open with the options of its reading, and what the project has. */
 let open = null;
 let project = { files: [] };
 
@@ -32,7 +32,12 @@ async function ask(path, options = {}) {
 }
 
 const fileAddress = (name) => `files/${encodeURIComponent(name)}`;
-const stem = (name) => name.replace(/\.[^.]*$/, "");
+/** A name without its ending, short enough to be continued. */
+function stem(name) {
+  let short = [...name.replace(/\.[^.]*$/, "")];
+  while (new TextEncoder().encode(short.join("")).length > 160) short = short.slice(0, -1);
+  return short.join("");
+}
 const size = (bytes) => bytes < 1e3 ? `${bytes} B` : bytes < 1e6 ? `${(bytes / 1e3).toFixed(1)} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
 const number = (value) => value === null || value === undefined ? "" : Number(value).toPrecision(4);
 
@@ -107,7 +112,9 @@ async function send(files) {
 }
 
 function openFile(name, kind) {
-  open = { name, kind, topic: {} };
+  open = { name, kind, reading: {} };
+  find("reading").reset();
+  find("how").open = false;
   find("work-title").textContent = `Work on ${name}`;
   find("work-hint").hidden = true;
   find("record").hidden = kind !== "record";
@@ -117,25 +124,30 @@ function openFile(name, kind) {
   find("columns").hidden = true;
   const formats = project.formats.filter((format) => kind !== "arm" || format.arm);
   fill(find("format"), formats, (f) => [f.name, `${f.name}: ${f.description}`], 0);
+  kindOfExport();
   find("export").elements.name.value = stem(name).replace(/[^A-Za-z0-9_]/g, "_").replace(/^[^A-Za-z]+/, "") || "model";
   find("work-title").focus();
   if (kind === "record") look();
 }
 
 /** The page that a look writes: none where there is one that is younger than the record, of which it is the only one. */
-function lookPage({ name, topic }) {
+function lookPage({ name, reading }) {
   const page = `${stem(name)}-look.html`;
   const [record, shown] = [name, page].map((wanted) => project.files.find((file) => file.name === wanted));
   const others = project.files.some((file) => file.kind === "record" && file.name !== name && stem(file.name) === stem(name));
-  if (topic.topic || others || !shown || !record || !(shown.modified > record.modified)) return { report: page };
+  if (Object.keys(reading).length || others || !shown || !record || !(shown.modified > record.modified)) return { report: page };
   show(page);
   return {};
 }
 
 async function look() {
   const own = open;
-  const job = await run({ command: "look", files: [own.name], options: own.topic, outputs: lookPage(own), json: true });
-  if (!job || job.state !== "done" || own !== open) return;
+  const job = await run({ command: "look", files: [own.name], options: own.reading, outputs: lookPage(own), json: true });
+  if (own !== open) return;
+  if (!job || job.state !== "done") {
+    find("how").open = true;
+    return;
+  }
   const seen = JSON.parse(job.result);
   if (seen.topics) return showTopics(seen.topics);
   const next = ((seen.next && seen.next.command) || "").match(/'[^']*'|\S+/g) || [];
@@ -160,7 +172,7 @@ async function look() {
   for (const role of ["torque", "position", "motor", "link"]) {
     joint[role].replaceChildren(make("option", { value: "" }, "choose"), ...names.map((name) => make("option", { value: name }, name)));
     const usual = { torque: "effort", position: "position" }[role];
-    joint[role].value = named(role)[0] || (open.topic.joint && names.includes(usual) ? usual : "");
+    joint[role].value = named(role)[0] || (open.reading.joint && names.includes(usual) ? usual : "");
   }
   find("findings").replaceChildren(...(seen.findings || []).map((text) => make("li", {}, text)));
   find("columns").hidden = false;
@@ -180,8 +192,9 @@ function showTopics(topics) {
 }
 
 find("read-topic").addEventListener("click", () => {
-  open.topic = { topic: find("topic").value };
-  if (find("joint").value) open.topic.joint = find("joint").value;
+  open.reading = { ...open.reading, topic: find("topic").value };
+  delete open.reading.joint;
+  if (find("joint").value) open.reading.joint = find("joint").value;
   look();
 });
 
@@ -197,8 +210,13 @@ function onSubmit(id, act) {
   });
 }
 
+onSubmit("reading", (form) => {
+  open.reading = fields(form);
+  look();
+});
+
 onSubmit("prepare", async (form) => {
-  const options = { ...fields(form), ...open.topic };
+  const options = { ...fields(form), ...open.reading };
   const job = await run({ command: "prepare", files: [open.name], options, outputs: { out: `${stem(open.name)}-prepared.csv` } });
   if (job && job.state === "done") {
     form.reset();
@@ -213,7 +231,7 @@ function chosen() {
 }
 
 onSubmit("identify", async (form) => {
-  const options = { ...fields(form), ...open.topic };
+  const options = { ...fields(form), ...open.reading };
   const [input, output] = chosen();
   if (input) options.input = input;
   if (output) options.output = output;
@@ -226,7 +244,7 @@ onSubmit("regress", async (form) => {
   if (!x || !y) return complain("choose inputs and an output among the columns");
   const base = `${stem(open.name)}-curve`;
   const outputs = { out: `${base}.csv`, json: `${base}.json`, report: `${base}.html` };
-  await run({ command: "regress", files: [open.name], options: { ...fields(form), ...open.topic, x, y }, outputs });
+  await run({ command: "regress", files: [open.name], options: { ...fields(form), ...open.reading, x, y }, outputs });
 });
 
 /** Shows what the kind of joint needs, and leaves out the rest. */
@@ -242,8 +260,8 @@ function kindOfJoint() {
 find("robot-joint").elements.kind.addEventListener("change", kindOfJoint);
 
 onSubmit("robot-joint", async (form) => {
-  const { kind, arm, ...options } = { ...fields(form), ...open.topic };
-  const base = [stem(open.name), open.topic.joint].filter(Boolean).join("-").replace(/[/\\:]/g, "-");
+  const { kind, arm, ...options } = { ...fields(form), ...open.reading };
+  const base = [stem(open.name), open.reading.joint].filter(Boolean).join("-").replace(/[/\\:]/g, "-");
   const outputs = { friction: `${base}-friction.csv`, json: `${base}-joint.json`, report: `${base}-joint.html` };
   if (kind === "flexible") outputs.stiffness = `${base}-stiffness.csv`;
   if (arm) outputs.arm = `${base}-arm.toml`;
@@ -253,7 +271,7 @@ onSubmit("robot-joint", async (form) => {
 onSubmit("compare", async () => {
   const models = [...find("models").querySelectorAll(":checked")].map((box) => box.value);
   if (!models.length) return complain("choose one model or more");
-  await run({ command: "compare", files: [...models, open.name], options: open.topic, outputs: { report: `${stem(open.name)}-compared.html` } });
+  await run({ command: "compare", files: [...models, open.name], options: open.reading, outputs: { report: `${stem(open.name)}-compared.html` } });
 });
 
 onSubmit("report", async (form) => {
@@ -261,6 +279,14 @@ onSubmit("report", async (form) => {
   if (!record) return complain("there is no record in the project");
   await run({ command: "report", files: [open.name, record], outputs: { out: `${stem(open.name)}-on-${stem(record)}.html` } });
 });
+
+/** Shows what the format has a choice of. */
+function kindOfExport() {
+  const isFmu = find("format").value === "fmu";
+  find("fmi").hidden = !isFmu;
+  find("fmi").querySelector("select").disabled = !isFmu;
+}
+find("format").addEventListener("change", kindOfExport);
 
 onSubmit("export", async (form) => {
   const options = fields(form);

@@ -12,6 +12,8 @@ use serde_json::{Value, json};
 
 /// The longest name of a file, bytes: what file systems take, with room for a number.
 const LONGEST_NAME: usize = 200;
+/// The numbers behind names that are tried.
+const MOST_NUMBER: usize = 10_000;
 /// The most bytes of a file that are looked at to tell what it is.
 const BEGINNING: u64 = 4096;
 
@@ -20,6 +22,13 @@ pub struct Project {
     pub folder: PathBuf,
     largest: u64,
     promised: Mutex<HashSet<String>>,
+}
+
+/// What is wrong with a name for a file.
+pub fn no_name(name: &str) -> String {
+    format!(
+        "'{name}' is no name for a file; leave out slashes, colons and leading dots, and take at most {LONGEST_NAME} bytes"
+    )
 }
 
 /// Why a file is not taken.
@@ -95,24 +104,20 @@ impl Project {
         read.is_ok() && test(&String::from_utf8_lossy(&start))
     }
 
-    /// A name like this one that is neither there nor promised, and now is promised; so is its header's.
-    pub fn promise(&self, name: &str) -> Option<String> {
-        self.path(name)?;
+    /// Names like these, with one number for all, that are neither there nor promised, and now are promised; so are those of headers.
+    pub fn promise(&self, names: &[&str]) -> Option<Vec<String>> {
         let mut promised = self.promised.lock().unwrap_or_else(PoisonError::into_inner);
-        let (stem, extension) = match name.rsplit_once('.') {
-            Some((stem, extension)) => (stem, format!(".{extension}")),
-            None => (name, String::new()),
-        };
-        let numbered = (2..).map(|i| format!("{stem}-{i}{extension}"));
         let free = |name: &String| {
             !promised.contains(name) && self.path(name).is_some_and(|path| path.symlink_metadata().is_err())
         };
-        let chosen = std::iter::once(name.to_owned())
-            .chain(numbered)
-            .take(10_000)
-            .find(|name| free(name) && header(name).as_ref().is_none_or(free))?;
-        promised.extend(header(&chosen));
-        promised.insert(chosen.clone());
+        let numbered = |number: usize| names.iter().map(|name| with_number(name, number)).collect();
+        let chosen: Vec<String> = (1..MOST_NUMBER).map(numbered).find(|names: &Vec<String>| {
+            names
+                .iter()
+                .all(|name| free(name) && header(name).as_ref().is_none_or(free))
+        })?;
+        promised.extend(chosen.iter().filter_map(|name| header(name)));
+        promised.extend(chosen.iter().cloned());
         Some(chosen)
     }
 
@@ -130,7 +135,8 @@ impl Project {
         if length > self.largest {
             return Err(Refusal::Size);
         }
-        let name = self.promise(name).ok_or(Refusal::Name)?;
+        let name = self.promise(&[name]).and_then(|names| names.into_iter().next());
+        let name = name.ok_or(Refusal::Name)?;
         let path = self.folder.join(&name);
         let written = write_atomically(&path, |out| match io::copy(content, out)? == length {
             true => Ok(()),
@@ -155,6 +161,15 @@ impl Project {
     }
 }
 
+/// The name with a number behind its stem, from the second on.
+fn with_number(name: &str, number: usize) -> String {
+    let (stem, extension) = name.split_at(name.rfind('.').unwrap_or(name.len()));
+    match number {
+        1 => name.to_owned(),
+        number => format!("{stem}-{number}{extension}"),
+    }
+}
+
 /// The header that an export writes beside a C file.
 pub fn header(name: &str) -> Option<String> {
     name.strip_suffix(".c").map(|stem| format!("{stem}.h"))
@@ -162,6 +177,7 @@ pub fn header(name: &str) -> Option<String> {
 
 /// Whether a table is a curve or a surface with its band.
 fn is_curve(text: &str) -> bool {
-    let mut names = text.lines().next().unwrap_or_default().split(',').map(str::trim);
+    let names = text.lines().next().unwrap_or_default().split(',');
+    let mut names = names.map(|name| name.split(" [").next().unwrap_or_default().trim());
     names.nth(1).is_some() && names.any(|name| name == "lower") && names.any(|name| name == "upper")
 }

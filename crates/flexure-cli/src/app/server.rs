@@ -1,6 +1,7 @@
 //! What is asked for, and the answers.
 
 use std::io::Read;
+use std::sync::{Mutex, PoisonError};
 
 use flexure::identify::structures;
 use flexure::nonlinearity::EstimatorName;
@@ -10,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::http::{Answer, Content, Request};
 use super::jobs::{self, Jobs};
-use super::project::{Project, Refusal};
+use super::project::{self, Project, Refusal};
 
 /// The longest request but for an upload, bytes.
 const LONGEST_REQUEST: u64 = 64 << 10;
@@ -27,6 +28,8 @@ pub struct App {
     /// The address that browsers name: `127.0.0.1:PORT`.
     pub host: String,
     pub token: String,
+    /// The path that leads to the page once: what the browser is started with.
+    pub entrance: Mutex<Option<String>>,
     pub project: Project,
     pub jobs: Jobs,
 }
@@ -66,6 +69,11 @@ fn refused(status: u16, problem: impl Into<String>) -> Answer {
 
 impl App {
     pub fn answer(&self, request: &mut Request) -> Answer {
+        if self.enters(request) {
+            let mut answer = bytes(303, "text/plain", "");
+            answer.fields.push(("Location", format!("/{}/", self.token)));
+            return answer;
+        }
         let Some(path) = self.own_path(request) else {
             return bytes(403, "text/plain", "");
         };
@@ -85,7 +93,7 @@ impl App {
                 let length = request.body.length;
                 match self.project.keep(name, length, &mut request.body) {
                     Ok(name) => as_json(&json!({ "name": name })),
-                    Err(Refusal::Name) => refused(400, format!("'{name}' is no name for a file of the project")),
+                    Err(Refusal::Name) => refused(400, project::no_name(name)),
                     Err(Refusal::Size) => refused(413, "the file is too large; --largest-file SIZE allows more"),
                     Err(Refusal::Failed(problem)) => refused(500, problem),
                 }
@@ -121,23 +129,30 @@ impl App {
         }
     }
 
+    /// Whether this is the browser that the app has started, which asks for its address the first time.
+    fn enters(&self, request: &Request) -> bool {
+        let mut entrance = self.entrance.lock().unwrap_or_else(PoisonError::into_inner);
+        let asked = request.target.strip_prefix('/').unwrap_or_default();
+        let enters = self.is_own(request) && entrance.as_deref().is_some_and(|own| same(own, asked));
+        if enters {
+            *entrance = None;
+        }
+        enters
+    }
+
+    /// Whether a request is of the app's page: one by a name that leads here, or of a page of elsewhere, is not.
+    fn is_own(&self, request: &Request) -> bool {
+        let origin = format!("http://{}", self.host);
+        request.fields("Host").eq([&*self.host])
+            && request.fields("Origin").all(|found| found == origin)
+            && (request.fields("Sec-Fetch-Site")).all(|site| ["same-origin", "none"].contains(&site))
+    }
+
     /// The path behind the token, of a request by the app's own page; `None` for all others.
     fn own_path(&self, request: &Request) -> Option<String> {
-        let origin = format!("http://{}", self.host);
-        // A name that leads here, or a page of elsewhere that asks for something here, is not the app's.
-        let is_own = request.field("Host") == Some(&*self.host)
-            && request.field("Origin").is_none_or(|found| found == origin)
-            && request
-                .field("Sec-Fetch-Site")
-                .is_none_or(|site| ["same-origin", "none"].contains(&site));
         let rest = request.target.strip_prefix('/')?;
         let (token, path) = rest.split_once('/')?;
-        // Every byte is compared, so that the time says nothing of where they differ.
-        let differs = token
-            .bytes()
-            .zip(self.token.bytes())
-            .fold(0, |all, (a, b)| all | (a ^ b));
-        (is_own && token.len() == self.token.len() && differs == 0).then(|| path.to_owned())
+        (self.is_own(request) && same(&self.token, token)).then(|| path.to_owned())
     }
 
     fn project_answer(&self) -> Answer {
@@ -175,6 +190,12 @@ impl App {
         answer.fields.push(("Content-Disposition", disposition));
         answer
     }
+}
+
+/// Compares every byte, so that the time says nothing of where they differ.
+fn same(secret: &str, given: &str) -> bool {
+    let differences = secret.bytes().zip(given.bytes()).fold(0, |all, (a, b)| all | (a ^ b));
+    secret.len() == given.len() && differences == 0
 }
 
 /// A part of a path without its percent signs; `None` where it is no text.

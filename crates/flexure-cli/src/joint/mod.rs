@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use flexure::identify::robot_joint::{AxisDrive, Extra};
 use flexure_io::arm::Excitation;
-use flexure_io::{RecordFile, check_record_writable, write_record};
+use flexure_io::{RecordFile, check_record_writable, write_record_with_units};
 use flexure_workbench::fleet::{Outcome, joined, single_values};
-use flexure_workbench::joints::{Curves, Place, Settings, identify, recorded};
+use flexure_workbench::joints::{Curves, Place, Settings, Units, identify, recorded};
 use serde_json::{Value, json};
 
 use crate::arguments::{self, Usage};
@@ -304,6 +304,7 @@ impl Arguments {
     /// Writes the curves of every joint to its files, with its name before their extension if it has one, and returns those that were
     /// written.
     fn write_curves<'c>(&self, joints: impl Iterator<Item = (Option<String>, &'c Curves)>) -> Result<Vec<PathBuf>> {
+        let units = Units::of(self.prismatic);
         let mut written = Vec::new();
         for (name, curves) in joints {
             let both = [
@@ -314,7 +315,7 @@ impl Arguments {
             for (path, record) in both {
                 if let (Some(path), Some(record)) = (path, record) {
                     let path = name.as_ref().map_or_else(|| path.clone(), |name| numbered(path, name));
-                    write_record(&path, record)?;
+                    write_record_with_units(&path, record, &units.of_columns(record))?;
                     written.push(path);
                 }
             }

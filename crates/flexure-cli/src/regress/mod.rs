@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use flexure::error::ParameterError;
 use flexure::nonlinearity::{EstimatorName, Kernel, NamedEstimator, Outside, Rule, Tuning};
-use flexure_io::{RecordFile, write_record};
+use flexure_io::{RecordFile, write_record_with_units};
 use flexure_workbench::regression::{self, BandMethod, BandOptions, Columns, Regression, RegressionData, Report};
 
 use crate::arguments::{self, Auto, Usage};
@@ -185,7 +185,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
     };
     if let Some(path) = &arguments.out {
-        write_record(path, &report.evaluation.record(&data)?)?;
+        let of_y = [&arguments.y; 3].into_iter();
+        let units = arguments
+            .x
+            .iter()
+            .chain(of_y)
+            .map(|name| file.unit(name).map(str::to_owned));
+        let units: Vec<_> = units.collect();
+        write_record_with_units(path, &report.evaluation.record(&data)?, &units)?;
     }
     if let Some((path, html)) = page {
         write_text(path, &html)?;

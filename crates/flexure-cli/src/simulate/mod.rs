@@ -97,9 +97,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return Err(Usage(format!("{option} is for chains; an arm file says how the arm is run")).into());
     }
     let file = source.arm()?;
-    if let Some(path) = &arguments.write_arm {
-        write_text(path, &source.text)?;
-    }
     let mut samples = None;
     if let Some(path) = &arguments.out {
         let folder = arguments.arm.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
@@ -107,6 +104,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             simulate(&file, folder, arguments.paths()).map_err(|error| error.located(&source.text, &source.name))?;
         write_record(path, &record)?;
         samples = Some((record.len(), record.names().to_vec()));
+    }
+    // An arm that cannot be simulated takes no other's place.
+    if let Some(path) = &arguments.write_arm {
+        write_text(path, &source.text)?;
     }
     if arguments.json {
         let object = json!({

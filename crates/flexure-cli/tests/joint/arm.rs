@@ -55,11 +55,14 @@ fn the_identified_two_link_arm_moves_as_the_true_one() {
         assert!(k[at(0.004)] < k[at(0.03)] - 5.0, "no dip at zero");
     }
     for file in ["f-1.csv", "f-2.csv"] {
-        assert!(folder.read(file).starts_with("velocity,torque,lower,upper"), "{file}");
+        assert!(
+            folder.read(file).starts_with("velocity [rad/s],torque [N m],lower"),
+            "{file}"
+        );
     }
     for file in ["k-1.csv", "k-2.csv"] {
         assert!(
-            folder.read(file).starts_with("deflection,torque,lower,upper,stiffness"),
+            folder.read(file).starts_with("deflection [rad],torque [N m],lower"),
             "{file}"
         );
     }

@@ -1,7 +1,7 @@
 {% for line in about %}/* {{ line }} */
 {% endfor %}
-#ifndef {{ name | upper }}_FLEXURE_H
-#define {{ name | upper }}_FLEXURE_H
+#ifndef {{ name }}_FLEXURE_H
+#define {{ name }}_FLEXURE_H
 
 #ifdef __cplusplus
 extern "C" {

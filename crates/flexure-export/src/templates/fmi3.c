@@ -52,12 +52,11 @@ EXPORT Status FMI(fmi3SetDebugLogging)(void *c, bool on, size_t n, const char *c
 }
 EXPORT Status FMI(fmi3EnterInitializationMode)(void *c, bool tolerance_defined, double tolerance, double start, bool stop_defined, double stop)
 {
-    (void)c;
     (void)tolerance_defined;
     (void)tolerance;
-    (void)start;
     (void)stop_defined;
     (void)stop;
+    ((Instance *)c)->time = start;
     return OK;
 }
 {% for f in ["ExitInitializationMode", "Terminate"] %}
@@ -80,6 +79,7 @@ EXPORT Status FMI(fmi3DoStep)(void *c, double time, double step, bool forget, bo
     *terminate = false;
     *early = false;
     *last = (status == OK) ? (time + step) : time;
+    ((Instance *)c)->time = *last;
     return status;
 }
 EXPORT Status FMI(fmi3GetFMUState)(void *c, void **kept) { return save(c, kept); }

@@ -10,10 +10,20 @@
 
 #define INPUTS {{ inputs }}
 #define OUTPUTS {{ results | length }}
+#define TIME (INPUTS + OUTPUTS + 1)
+#define PARAMETERS {{ parameters | length }}
 {% if not is_static %}
 #define SAMPLE_TIME {{ sample_time or "1.0" }}
 {% endif %}
 
+{% if parameters %}
+static const double parameters[PARAMETERS] = {
+{% for p in parameters %}
+    {{ p.value }}, /* {{ p.name }} */
+{% endfor %}
+};
+
+{% endif %}
 typedef enum { OK, WARNING, DISCARD, ERROR, FATAL } Status;
 
 typedef struct {
@@ -21,6 +31,7 @@ typedef struct {
 {% if not is_arm and not is_static %}
     {{ name }}_state ahead; /* for the output before the first step */
 {% endif %}
+    double time;
     double u[INPUTS];
 {% if not is_static %}
     double y[OUTPUTS];
@@ -91,6 +102,12 @@ static Status get(Instance *instance, const unsigned int *references, size_t n, 
 {% if not is_static %}
         } else if (reference == INPUTS + OUTPUTS) {
             values[i] = SAMPLE_TIME;
+{% endif %}
+        } else if (reference == TIME) {
+            values[i] = instance->time;
+{% if parameters %}
+        } else if ((reference > TIME) && (reference - TIME <= PARAMETERS)) {
+            values[i] = parameters[reference - TIME - 1];
 {% endif %}
         } else {
             return ERROR;

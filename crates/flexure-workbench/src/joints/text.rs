@@ -1,5 +1,6 @@
 //! Parts of a joint as text and as JSON.
 
+use flexure::Record;
 use flexure::bands::Band;
 use flexure::identify::robot_joint::{Estimated, Finding, Fitted, Parameter, REFUTED, TwoLinkArm};
 use flexure::text::{p_value, percent};
@@ -39,6 +40,17 @@ impl Units {
     /// Of inertias.
     pub fn inertia(&self) -> &'static str {
         if self.prismatic { "kg" } else { "kg m^2" }
+    }
+
+    /// Of the columns of a curve's record, by what stands in them.
+    pub fn of_columns(&self, record: &Record) -> Vec<Option<String>> {
+        let unit = |name: &String| match name.as_str() {
+            "velocity" => format!("{}/s", self.position),
+            "deflection" => self.position.to_owned(),
+            "stiffness" | "stiffness_lower" | "stiffness_upper" => format!("{}/{}", self.torque, self.position),
+            _ => self.torque.to_owned(),
+        };
+        record.names().iter().map(|name| Some(unit(name))).collect()
     }
 
     /// Of a parameter of a curve of stiffness or friction, by the powers of torque and deflection or velocity.
