@@ -89,18 +89,21 @@ fn threads() {
     // 0: as many as the machine has cores.
     let count: usize = asked.unwrap_or(0);
     let pool = || rayon::ThreadPoolBuilder::new().num_threads(count.min(MOST_THREADS));
-    if pool().build_global().is_err() {
-        let _ = pool().num_threads(1).use_current_thread().build_global();
-    }
+    // The global pool can be made once, be it with success or not.
+    let made = match pool().build() {
+        Ok(_) => pool().build_global(),
+        Err(_) => pool().num_threads(1).use_current_thread().build_global(),
+    };
+    debug_assert!(made.is_ok(), "{made:?}");
 }
 
 fn main() -> ExitCode {
     #[cfg(unix)]
     signals::watch();
-    threads();
     // Where the arguments cannot be read, the process ends here with 2; after `--help`, with 0.
     let command = help::grouped(Cli::command());
     let given = Cli::from_arg_matches(&command.clone().get_matches()).unwrap_or_else(|error| error.exit());
+    threads();
     let result = match given.command {
         Command::App(arguments) => app::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),

@@ -300,8 +300,9 @@ fn outputs_that_cannot_be_written() {
         "predict model.json good.csv --input u -o new.txt",
         "simulate arm.toml -o new.txt",
     ] {
-        folder.failed(
+        folder.refused(
             command,
+            2,
             "cannot write new.txt: a record's file name must end in .csv or .parquet",
         );
     }

@@ -58,9 +58,12 @@ fn the_identified_arm_moves_as_the_true_one_under_a_fresh_torque() {
     for (file, header) in [
         (
             "stiffness.csv",
-            "deflection [rad],torque [N m],lower [N m],upper [N m],stiffness [N m/rad],stiffness_lower [N m/rad],stiffness_upper [N m/rad]",
+            r#""deflection [rad]","torque [N m]","lower [N m]","upper [N m]","stiffness [N m/rad]","stiffness_lower [N m/rad]","stiffness_upper [N m/rad]""#,
         ),
-        ("friction.csv", "velocity [rad/s],torque [N m],lower [N m],upper [N m]"),
+        (
+            "friction.csv",
+            r#""velocity [rad/s]","torque [N m]","lower [N m]","upper [N m]""#,
+        ),
     ] {
         assert!(folder.read(file).starts_with(header), "{file}");
     }

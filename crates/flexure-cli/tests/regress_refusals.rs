@@ -212,8 +212,9 @@ fn rows_that_cannot_be_used() {
 #[test]
 fn outputs_and_points_that_cannot_be() {
     let folder = folder();
-    folder.failed(
+    folder.refused(
         "regress r.csv --x x --y y -o curve.txt",
+        2,
         "cannot write curve.txt: a record's file name must end in .csv or .parquet",
     );
     folder.misused(

@@ -18,6 +18,7 @@ pub use volterra::VolterraModel;
 use crate::error::{Error, Result};
 use crate::linear::TransferFunction;
 use crate::nonlinearity::{Curve, Surface};
+use crate::parallel;
 
 /// The largest lag of a model that can be simulated.
 const LARGEST_LAG: usize = 1_000_000;
@@ -176,7 +177,7 @@ impl Block {
     fn respond(&self, inputs: &[&[f64]]) -> Vec<f64> {
         let input = first(inputs);
         match self {
-            Block::Static(curve) => input.iter().map(|&u| curve.value(u)).collect(),
+            Block::Static(curve) => parallel::values(input, |u| curve.value(u)),
             Block::Linear(system) => system.simulate_from_mean(input),
             Block::Offset(offset) => input.iter().map(|u| u + offset).collect(),
             Block::Feedback(model) => model.simulate(input),

@@ -12,6 +12,9 @@ use crate::interrupt;
 /// Jobs are handed out in at most about so many pieces.
 const PIECES: usize = 256;
 
+/// The numbers of a piece of a signal: enough that handing it out is nothing beside it.
+const PIECE: usize = 1 << 15;
+
 /// Runs `run` on every job, over all cores of the current rayon thread pool.
 ///
 /// The results are in the order of the jobs. A job sees nothing of the others, so that every result
@@ -23,6 +26,18 @@ where
     F: Fn(&J) -> R + Send + Sync,
 {
     map(jobs.len(), |i| run(&jobs[i]))
+}
+
+/// The values of a function at every number of a signal, by pieces over all cores.
+pub(crate) fn values(of: &[f64], function: impl Fn(f64) -> f64 + Sync) -> Vec<f64> {
+    if of.len() <= PIECE {
+        return of.iter().map(|x| function(*x)).collect();
+    }
+    let pieces: Vec<&[f64]> = of.chunks(PIECE).collect();
+    batch(&pieces, |piece| {
+        piece.iter().map(|x| function(*x)).collect::<Vec<f64>>()
+    })
+    .concat()
 }
 
 /// Between two jobs, work that is asked to stop ends. The values of `of` at 0, 1, ..., `count` - 1, as by [`batch`].

@@ -178,6 +178,6 @@ pub fn header(name: &str) -> Option<String> {
 /// Whether a table is a curve or a surface with its band.
 fn is_curve(text: &str) -> bool {
     let names = text.lines().next().unwrap_or_default().split(',');
-    let mut names = names.map(|name| name.split(" [").next().unwrap_or_default().trim());
+    let mut names = names.map(|name| name.trim().trim_matches('"').split(" [").next().unwrap_or_default());
     names.nth(1).is_some() && names.any(|name| name == "lower") && names.any(|name| name == "upper")
 }

@@ -56,13 +56,17 @@ fn the_identified_two_link_arm_moves_as_the_true_one() {
     }
     for file in ["f-1.csv", "f-2.csv"] {
         assert!(
-            folder.read(file).starts_with("velocity [rad/s],torque [N m],lower"),
+            folder
+                .read(file)
+                .starts_with(r#""velocity [rad/s]","torque [N m]","lower"#),
             "{file}"
         );
     }
     for file in ["k-1.csv", "k-2.csv"] {
         assert!(
-            folder.read(file).starts_with("deflection [rad],torque [N m],lower"),
+            folder
+                .read(file)
+                .starts_with(r#""deflection [rad]","torque [N m]","lower"#),
             "{file}"
         );
     }

@@ -1,5 +1,6 @@
 //! Several records as one, at common instants.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use anyhow::{Result, bail};
@@ -14,7 +15,7 @@ const SAME_INSTANT: f64 = 1e-3;
 
 /// Gives columns that an earlier table has too the name of their file in front: `motor.u` of `motor.csv`.
 pub(super) fn rename(tables: &mut [Table], done: &mut Vec<Done>) {
-    let mut taken: Vec<String> = Vec::new();
+    let mut taken: HashSet<String> = HashSet::new();
     for table in tables {
         let stem = Path::new(&table.name)
             .file_stem()
@@ -33,7 +34,7 @@ pub(super) fn rename(tables: &mut [Table], done: &mut Vec<Done>) {
                 done.push(Done { step: "rename", text });
                 column.name = name;
             }
-            taken.push(column.name.clone());
+            taken.insert(column.name.clone());
         }
     }
 }

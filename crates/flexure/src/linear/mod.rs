@@ -8,4 +8,5 @@ mod transfer_function;
 
 pub use crate::linalg::Complex;
 pub use best_linear::{BestLinearApproximation, PeriodicSignals, period_of};
+pub(crate) use transfer_function::Piece;
 pub use transfer_function::TransferFunction;

@@ -1,15 +1,33 @@
 //! A rational transfer function in z^-1:
 //! $G(z) = \frac{b_0 + b_1 z^{-1} + \dots}{1 + a_1 z^{-1} + \dots}$.
 
+use std::borrow::Cow;
+
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::linalg::{self, Complex};
+use crate::parallel;
 
 /// A sum of coefficients that is no larger than this share of their sizes is zero: no more than rounding is left of it.
 const ROUNDING: f64 = 1e-14;
 /// Longest impulse response that [`TransferFunction::settling`] looks at, in samples.
 const LONGEST_SETTLING: usize = 100_000;
+/// What may be left of the response to earlier samples where a piece of a signal is simulated apart: less than rounding.
+const SETTLED: f64 = 1e-18;
+/// The shortest piece, in samples, and that in settling times, so that what is simulated twice is small beside it: convention.
+const SHORTEST_PIECE: usize = 1 << 15;
+const LEAST_OF_SETTLING: usize = 8;
+
+/// A piece of a signal that is simulated apart.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Piece {
+    /// Where its simulation begins, from rest.
+    pub begin: usize,
+    /// What is wanted of it.
+    pub from: usize,
+    pub end: usize,
+}
 
 /// A stable or unstable rational transfer function, `a[0] = 1`.
 ///
@@ -77,8 +95,7 @@ impl TransferFunction {
 
     /// The response to `input` from rest.
     pub fn simulate(&self, input: &[f64]) -> Vec<f64> {
-        let mut state = vec![0.0; self.a.len().max(self.b.len())];
-        self.run(input, &mut state)
+        self.simulate_from(input, 0.0, &[])
     }
 
     /// The response to `input` from the steady state that belongs to the input's mean.
@@ -110,15 +127,56 @@ impl TransferFunction {
     pub fn simulate_from(&self, input: &[f64], level: f64, state: &[f64]) -> Vec<f64> {
         let gain = self.static_gain();
         let level = if gain.is_finite() { level } else { 0.0 };
-        let centred: Vec<f64> = input.iter().map(|u| u - level).collect();
+        let centred: Cow<[f64]> = match level {
+            0.0 => input.into(),
+            level => input.iter().map(|u| u - level).collect(),
+        };
         // The last one stays zero.
         let mut all: Vec<f64> = state.iter().copied().take(self.states()).collect();
         all.resize(self.states() + 1, 0.0);
-        let mut output = self.run(&centred, &mut all);
+        let pieces = self.pieces(input.len());
+        let run = |piece: &Piece| match piece.begin {
+            0 => self.run(&centred[..piece.end], &mut all.clone()),
+            begin => self
+                .run(&centred[begin..piece.end], &mut vec![0.0; all.len()])
+                .split_off(piece.from - begin),
+        };
+        let mut output = match &pieces[..] {
+            [whole] => run(whole),
+            pieces => parallel::batch(pieces, run).concat(),
+        };
         if level != 0.0 {
             output.iter_mut().for_each(|y| *y += gain * level);
         }
         output
+    }
+
+    /// Pieces of `n` samples that can be simulated apart, also with the response to the response: each begins so long before what is wanted
+    /// of it that nothing is left of what was before. A system that settles slowly, or not at all, and a short signal are one piece.
+    pub(crate) fn pieces(&self, n: usize) -> Vec<Piece> {
+        let whole = || {
+            vec![Piece {
+                begin: 0,
+                from: 0,
+                end: n,
+            }]
+        };
+        if n < 2 * SHORTEST_PIECE {
+            return whole();
+        }
+        // The slowest pole decides; twice in the response to the response.
+        let settling = 2 * self.settling(SETTLED);
+        let length = SHORTEST_PIECE.max(LEAST_OF_SETTLING * settling);
+        if settling >= 2 * LONGEST_SETTLING || n < 2 * length {
+            return whole();
+        }
+        let from = (0..n / length).map(|i| i * length);
+        let piece = |from: usize| Piece {
+            begin: from.saturating_sub(settling),
+            from,
+            end: if n - from < 2 * length { n } else { from + length },
+        };
+        from.map(piece).collect()
     }
 
     /// Transposed direct form II; `state` carries over between calls.
@@ -144,7 +202,7 @@ impl TransferFunction {
         if let Some(first) = input.first_mut() {
             *first = 1.0;
         }
-        self.simulate(&input)
+        self.run(&input, &mut vec![0.0; self.states() + 1])
     }
 
     /// G at the normalised frequency `omega` in rad a sample.
@@ -307,6 +365,27 @@ mod tests {
             }
             assert!(!system.is_stable() && !system.static_gain().is_finite());
             assert_eq!(system.is_stable_or_integrates(), may_run, "{poles:?}");
+        }
+    }
+
+    #[test]
+    fn a_long_signal_in_pieces_is_that_in_one() {
+        let n = 300_000;
+        let input: Vec<f64> = (0..n)
+            .map(|i| f64::from(i % 1009) * 0.01 - 5.0 + (0.37 * f64::from(i)).sin())
+            .collect();
+        // A pole of 0.99 settles in some thousands of samples; one of 0.9999 does not, and is one piece.
+        for (pole, pieces) in [(0.5, 9), (0.99, 4), (0.9999, 1)] {
+            let g = TransferFunction::new(vec![0.3, 0.1], vec![1.0, -pole - 0.2, 0.2 * pole]).unwrap();
+            let found = g.pieces(input.len());
+            assert_eq!(found.len(), pieces, "{pole}");
+            assert_eq!((found[0].from, found[pieces - 1].end), (0, input.len()));
+            assert!(found.windows(2).all(|two| two[0].end == two[1].from));
+            let whole = g.run(&input, &mut vec![0.0; g.states() + 1]);
+            let size = whole.iter().fold(0.0_f64, |m, y| m.max(y.abs()));
+            for (y, w) in g.simulate(&input).iter().zip(&whole) {
+                assert!((y - w).abs() <= 1e-15 * size, "{pole}: {y} {w}");
+            }
         }
     }
 }

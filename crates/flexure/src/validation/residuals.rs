@@ -23,6 +23,7 @@
 use crate::distributions::normal_quantile;
 use crate::error::{Error, Result};
 use crate::linear::correlation::{cross_covariance, mean, variance};
+use crate::parallel;
 use crate::sort::order;
 
 use super::output_functions::output_functions;
@@ -208,39 +209,41 @@ impl ResidualTests {
         let (e2, u2) = (squared(e), squared(u));
         let sizes = ranks(&e2);
         let [error, size] = [e, &sizes].map(Regression::new);
+        let error = &error;
         let level = Levels::of(conditions.level, predicted.is_some());
-        let mut tests = vec![
-            whiteness_of(e, lags, noise, level.alone),
-            independence(TestKind::InputIndependence, &error, u, lags, estimated, level.shared),
-            independence(
-                TestKind::SquaredInputIndependence,
-                &error,
-                &u2,
-                lags,
-                None,
-                level.shared,
-            ),
-            independence(
-                TestKind::CubedInputIndependence,
-                &error,
-                &power_beyond_linear(u, 3),
-                lags,
-                None,
-                level.shared,
-            ),
-            independence(TestKind::SquaredIndependence, &size, &u2, lags, None, level.shared),
+        let against = |kind, error: &Regression, v: &[f64], lags, estimated| {
+            independence(kind, error, v, lags, estimated, level.shared)
+        };
+        // They know nothing of each other.
+        let mut tests: Vec<Box<dyn Fn() -> ResidualTest + Sync + '_>> = vec![
+            Box::new(|| whiteness_of(e, lags, noise, level.alone)),
+            Box::new(|| against(TestKind::InputIndependence, error, u, lags, estimated)),
+            Box::new(|| against(TestKind::SquaredInputIndependence, error, &u2, lags, None)),
+            Box::new(|| {
+                against(
+                    TestKind::CubedInputIndependence,
+                    error,
+                    &power_beyond_linear(u, 3),
+                    lags,
+                    None,
+                )
+            }),
+            Box::new(|| against(TestKind::SquaredIndependence, &size, &u2, lags, None)),
         ];
         if let Some(predicted) = predicted {
             for (kind, power) in [
                 (TestKind::SquaredPredictionIndependence, 2),
                 (TestKind::CubedPredictionIndependence, 3),
             ] {
-                let beyond = power_beyond_linear(predicted, power);
-                tests.push(independence(kind, &error, &beyond, PREDICTION_LAGS, None, level.shared));
+                let beyond = move || power_beyond_linear(predicted, power);
+                tests.push(Box::new(move || against(kind, error, &beyond(), PREDICTION_LAGS, None)));
             }
-            let measured: Vec<f64> = predicted.iter().zip(e).map(|(p, e)| p + e).collect();
-            tests.push(output_functions(&error, u, &measured, level.shared));
+            tests.push(Box::new(|| {
+                let measured: Vec<f64> = predicted.iter().zip(e).map(|(p, e)| p + e).collect();
+                output_functions(error, u, &measured, level.shared)
+            }));
         }
+        let tests = parallel::batch(&tests, |test| test());
         Ok(ResidualTests {
             tests,
             correlations: correlations(e, u, lags),

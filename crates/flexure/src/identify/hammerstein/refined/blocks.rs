@@ -7,6 +7,7 @@ use super::limits::{AFTER_SETTLING, SAMPLES_PER_UNCOUNTED};
 use super::linear_part::LinearPart;
 use super::piecewise::PiecewiseCubics;
 use crate::linear::correlation::mean;
+use crate::parallel;
 
 /// The fitted samples of all experiments, one after the other.
 pub(super) struct Observed<'a> {
@@ -144,7 +145,7 @@ impl Blocks {
     /// phi less its mean, at the samples.
     pub fn signal(&self, u: &[f64]) -> Vec<f64> {
         let phi = self.nonlinearity();
-        u.iter().map(|u| phi.value(*u)).collect()
+        parallel::values(u, |u| phi.value(u))
     }
 
     /// The output without the offset.

@@ -1,4 +1,4 @@
-//! The squared prediction error and its Gauss-Newton equations, in one pass over the samples.
+//! The squared prediction error and its Gauss-Newton equations, in one pass over the samples; over pieces of them at once.
 //!
 //! $$ \tilde e_n = R(z)\Big(y_n - o - \frac{B(z)}{A(z)} z^{-s} \sum_i c_i q_i(u_n)\Big) $$
 //! with the autoregression R of the output error (1 for none). It is linear in c, o and, for fixed A, in B;
@@ -9,7 +9,9 @@ use std::ops::Range;
 use super::blocks::{Blocks, Layout, Observed};
 use super::linear_part::{LinearPart, polynomial_product};
 use crate::interrupt;
+use crate::linear::Piece;
 use crate::linear::levenberg_marquardt::NormalEquations;
+use crate::parallel;
 
 /// Samples that are worked on at a time, so that their rows stay in the cache.
 const CHUNK: usize = 256;
@@ -24,6 +26,15 @@ pub(super) struct Equations {
 }
 
 impl Equations {
+    /// Adds those of other errors, of which the lower triangle is there as it is here.
+    fn add(&mut self, other: &Equations) {
+        self.count += other.count;
+        self.normal.cost += other.normal.cost;
+        let pairs = (self.normal.descent.iter_mut().zip(&other.normal.descent))
+            .chain(self.normal.normal.iter_mut().zip(&other.normal.normal));
+        pairs.for_each(|(sum, more)| *sum += more);
+    }
+
     /// The number of parameters.
     pub fn parameters(&self) -> usize {
         self.normal.descent.len()
@@ -45,11 +56,21 @@ impl Blocks {
     /// The Gauss-Newton equations.
     pub fn equations(&self, observed: &Observed, whitening: &[f64]) -> Equations {
         let n = self.layout().len();
-        let mut batch = Batch::new(n);
-        for experiment in &observed.experiments {
-            self.add_experiment(observed, experiment.clone(), whitening, &mut batch);
+        let of_experiment = |experiment: &Range<usize>| {
+            let pieces = self.linear.transfer.pieces(experiment.len());
+            let within = experiment.clone();
+            pieces.into_iter().map(move |piece| (within.clone(), piece))
+        };
+        let pieces: Vec<(Range<usize>, Piece)> = observed.experiments.iter().flat_map(of_experiment).collect();
+        let of_piece = |(experiment, piece): &(Range<usize>, Piece)| {
+            let mut batch = Batch::new(n);
+            self.add_piece(observed, experiment.clone(), piece, whitening, &mut batch);
+            batch.sums
+        };
+        let mut equations = Batch::new(n).sums;
+        for sums in parallel::batch(&pieces, of_piece) {
+            equations.add(&sums);
         }
-        let mut equations = batch.sums;
         for i in 0..n {
             for j in 0..i {
                 equations.normal.normal[j * n + i] = equations.normal.normal[i * n + j];
@@ -58,21 +79,31 @@ impl Blocks {
         equations
     }
 
-    fn add_experiment(&self, observed: &Observed, experiment: Range<usize>, whitening: &[f64], batch: &mut Batch) {
+    /// Adds the errors of a piece of an experiment. The signals begin a while before it, and have settled by then.
+    fn add_piece(
+        &self,
+        observed: &Observed,
+        experiment: Range<usize>,
+        piece: &Piece,
+        whitening: &[f64],
+        batch: &mut Batch,
+    ) {
         let (u, y) = (&observed.u[experiment.clone()], &observed.y[experiment.clone()]);
         let counts = &observed.counts[experiment];
-        let white_y = LinearPart::moving_average(whitening).filter(std::slice::from_ref(&(0..y.len())), y);
+        let mut signals = Sensitivities::new(self, whitening);
+        // As long as the whitening and the numerator reach back besides.
+        let begin = piece.begin.saturating_sub(signals.history);
+        let white_y = LinearPart::moving_average(whitening).filter(&[0..piece.end - begin], &y[begin..piece.end]);
         let gain: f64 = whitening.iter().sum();
         let delay = self.linear.delay;
-        let mut signals = Sensitivities::new(self, whitening);
-        for start in (0..y.len()).step_by(CHUNK) {
+        for start in (begin..piece.end).step_by(CHUNK) {
             interrupt::leave();
-            let length = CHUNK.min(y.len() - start);
+            let length = CHUNK.min(piece.end - start);
             for i in 0..length {
                 let n = start + i;
                 let simulated = signals.advance(i, n.checked_sub(delay).map(|n| u[n]));
-                if counts[n] {
-                    let error = white_y[n] - gain * self.offset - simulated;
+                if counts[n] && n >= piece.from {
+                    let error = white_y[n - begin] - gain * self.offset - simulated;
                     signals.derivatives(i, gain, batch.next_row(error));
                 }
             }

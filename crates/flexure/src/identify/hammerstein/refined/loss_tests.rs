@@ -77,3 +77,41 @@ fn the_equations_are_those_of_numerical_derivatives() {
         }
     }
 }
+
+#[test]
+fn the_equations_of_pieces_are_those_of_the_whole() {
+    let n = 200_000;
+    let u = wave(n, 0.0171);
+    let observed = Observed {
+        u: &u,
+        y: wave(n, 0.007),
+        output_mean: 0.0,
+        experiments: vec![0..1000, 1000..n],
+        counts: (0..n).map(|i| i % 7 != 3).collect(),
+        missing: Vec::new(),
+    };
+    let whitening = [1.0, -0.6, 0.2, 0.1];
+    let model = example();
+    let mut whole = Batch::new(model.layout().len());
+    for experiment in observed.experiments.clone() {
+        let piece = Piece {
+            begin: 0,
+            from: 0,
+            end: experiment.len(),
+        };
+        model.add_piece(&observed, experiment, &piece, &whitening, &mut whole);
+    }
+    let (whole, found) = (whole.sums, model.equations(&observed, &whitening));
+    assert!(model.linear.transfer.pieces(n - 1000).len() > 1);
+    assert_eq!(found.count, whole.count);
+    let close = |a: f64, b: f64| (a - b).abs() <= 1e-12 * whole.normal.cost;
+    assert!(close(found.normal.cost, whole.normal.cost));
+    let parameters = found.parameters();
+    for i in 0..parameters {
+        assert!(close(found.normal.descent[i], whole.normal.descent[i]));
+        for j in 0..=i {
+            let at = i * parameters + j;
+            assert!(close(found.normal.normal[at], whole.normal.normal[at]), "{i} {j}");
+        }
+    }
+}
