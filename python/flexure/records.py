@@ -53,7 +53,7 @@ def read(
         How a text file is read, where it leaves that open: what is between two fields, the decimal sign, whether the first line
         has the names, lines to leave out before the table, the format of time stamps that are not ISO 8601.
     memory:
-        The most memory that the record may take, bytes; by default 4 GiB, or a tenth of the free memory where that is less.
+        The most memory that the record may take, bytes; by default 4 GiB, or a twentieth of the free memory where that is less.
 
     Raises
     ------

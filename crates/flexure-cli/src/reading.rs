@@ -49,7 +49,7 @@ pub struct Reading {
     /// Of a ROS 2 bag: the joint, whose columns then are position, velocity and effort.
     #[arg(long, value_name = "NAME")]
     pub joint: Option<String>,
-    /// The most memory that the record may take, for example 8GiB; by default 4GiB, or a tenth of the free memory where that is less.
+    /// The most memory that the record may take, for example 8GiB; by default 4GiB, or a twentieth of the free memory where that is less.
     #[arg(long, value_name = "SIZE", value_parser = arguments::memory)]
     memory: Option<u64>,
 }

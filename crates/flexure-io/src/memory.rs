@@ -11,8 +11,8 @@ use crate::error::{Error, NoMemory, Result};
 
 /// The most memory for a record where [`ReadOptions::memory`](crate::ReadOptions::memory) does not say it, bytes.
 const MOST: u64 = 4 << 30;
-/// The share of the free memory that a record may take: an identification or a look takes eight times as much besides (measured).
-const RECORD_OF_FREE: u64 = 10;
+/// The share of the free memory that a record may take: an identification with all structures takes sixteen times as much besides (measured).
+const RECORD_OF_FREE: u64 = 20;
 /// The share that a record which is computed may take, with what it is computed from.
 const COMPUTED_OF_FREE: u64 = 2;
 /// The longest text of an arm or another small file, bytes.
@@ -119,7 +119,7 @@ pub(crate) fn small_file(path: &Path, limit: u64) -> Result<Vec<u8>> {
     }
 }
 
-/// The most memory for a record where it is not given, bytes: 4 GiB, or a tenth of the free memory where that is less.
+/// The most memory for a record where it is not given, bytes: 4 GiB, or a twentieth of the free memory where that is less.
 pub fn usual_memory() -> u64 {
     free().map_or(MOST, |free| MOST.min(free / RECORD_OF_FREE))
 }

@@ -33,7 +33,7 @@ pub struct ReadOptions {
     pub topic: Option<String>,
     /// The joint of a topic of `sensor_msgs/JointState`, whose columns are `position`, `velocity` and `effort`; by default all joints.
     pub joint: Option<String>,
-    /// The most memory that the record may take, bytes; by default 4 GiB, or a tenth of the free memory where that is less.
+    /// The most memory that the record may take, bytes; by default 4 GiB, or a twentieth of the free memory where that is less.
     pub memory: Option<u64>,
 }
 

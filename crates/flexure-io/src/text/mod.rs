@@ -65,7 +65,7 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
     if head.starts_with(b"{") && head.windows(MODEL.len()).any(|part| part == MODEL.as_bytes()) {
         return Err(at((1, LineProblem::Model)));
     }
-    budget.take(COLUMN * fields(&head), "the columns")?;
+    budget.take(COLUMN * fields(&head), "the list of columns")?;
     // The last line may be there in part.
     let whole = match head.iter().rposition(|&b| b == b'\n') {
         Some(end) if head.len() as u64 >= HEAD => &head[..=end],

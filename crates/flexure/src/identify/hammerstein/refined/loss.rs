@@ -93,7 +93,9 @@ impl Blocks {
         let mut signals = Sensitivities::new(self, whitening);
         // As long as the whitening and the numerator reach back besides.
         let begin = piece.begin.saturating_sub(signals.history);
-        let white_y = LinearPart::moving_average(whitening).filter(&[0..piece.end - begin], &y[begin..piece.end]);
+        let white_y = LinearPart::moving_average(whitening)
+            .transfer
+            .simulate(&y[begin..piece.end]);
         let gain: f64 = whitening.iter().sum();
         let delay = self.linear.delay;
         for start in (begin..piece.end).step_by(CHUNK) {
