@@ -8,6 +8,7 @@ use flexure::error::ParameterError;
 use flexure::identify::hammerstein::MOST_ORDER;
 use flexure::identify::{Structure, structures};
 use flexure::nonlinearity::{EstimatorName, Kernel, Rule};
+use flexure::text::decimal;
 use flexure_workbench::Named;
 use flexure_workbench::text::capitalised;
 
@@ -123,18 +124,47 @@ fn auto_up_to(text: &str, range: RangeInclusive<usize>) -> Result<Auto<usize>, S
 /// A level between 0 and 1.
 pub fn level(text: &str) -> Result<f64, String> {
     let level = number(text, |v| (0.5..=0.999).contains(&v));
-    level.ok_or_else(|| "expected a number from 0.5 to 0.999".to_owned())
+    level.ok_or_else(|| format!("expected a number from 0.5 to 0.999{}", as_share(text)))
 }
 
 /// The share of a record that is kept from the fit.
 pub fn fresh_share(text: &str) -> Result<f64, String> {
     let share = number(text, |v| (0.05..=0.9).contains(&v));
-    share.ok_or_else(|| "expected a number from 0.05 to 0.9".to_owned())
+    share.ok_or_else(|| format!("expected a number from 0.05 to 0.9{}", as_share(text)))
 }
 
 /// A positive, finite number.
 pub fn positive(text: &str) -> Result<f64, String> {
-    number(text, |v| v > 0.0).ok_or_else(|| "expected a positive number".to_owned())
+    number(text, |v| v > 0.0).ok_or_else(|| format!("expected a positive number{}", without_unit(text)))
+}
+
+/// Units that people write behind a number of seconds or Hz, in those.
+const UNITS: [(&str, f64); 8] = [
+    ("ms", 1e-3),
+    ("us", 1e-6),
+    ("µs", 1e-6),
+    ("ns", 1e-9),
+    ("kHz", 1e3),
+    ("Hz", 1.0),
+    ("min", 60.0),
+    ("s", 1.0),
+];
+
+/// What to write in place of a number with a unit.
+fn without_unit(text: &str) -> String {
+    let read = |(unit, size): &(&str, f64)| number(text.strip_suffix(unit)?.trim(), |v| v > 0.0).map(|v| v * size);
+    let value = UNITS.iter().find_map(read);
+    value.map_or(String::new(), |value| {
+        format!(" in s or Hz, without the unit: {}", decimal(value))
+    })
+}
+
+/// What to write in place of a percentage.
+fn as_share(text: &str) -> String {
+    let percent = number(text.trim_end_matches('%').trim(), |v| v > 1.0 && v < 100.0);
+    percent.map_or(String::new(), |percent| {
+        format!("; {percent} % is {}", decimal(percent / 100.0))
+    })
 }
 
 /// A positive number of a size that a machine has.

@@ -292,6 +292,12 @@ pub enum LineProblem {
         /// The longest line that is read, bytes.
         limit: u64,
     },
+    /// Too many lines without content follow each other.
+    #[error("more than {limit} lines without numbers follow each other; is it a table?")]
+    WithoutEnd {
+        /// The most that are passed over.
+        limit: u64,
+    },
     /// The line contains a bare carriage return.
     #[error("there is a carriage return within the line; end the lines with line feeds")]
     CarriageReturn,

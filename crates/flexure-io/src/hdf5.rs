@@ -15,6 +15,7 @@ use crate::error::{Error, Result};
 use crate::memory::Budget;
 use crate::parquet_file::{exact, quietly};
 use crate::record_file::{Other, RecordFile};
+use crate::text::left_out;
 
 /// Whether a file that begins so is one of HDF5, whose signature may stand behind a block of 512, 1024, 2048, ... bytes.
 pub(crate) fn is_begun(start: &[u8]) -> bool {
@@ -207,8 +208,10 @@ impl Reader<'_> {
         let scalar = |(name, value): &(String, f64)| {
             Other::new(name.clone(), format!("a single number, {value}; a signal is a vector"))
         };
+        let notes = left_out(&self.others, &[]).into_iter().collect();
         self.others.extend(self.constants.iter().map(scalar));
         Ok(RecordFile {
+            notes,
             units: self.units,
             constants: self.constants,
             others: self.others,

@@ -13,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::memory::Budget;
 use crate::parquet_file::exact;
 use crate::record_file::{Other, RecordFile};
+use crate::text::left_out;
 
 /// The bytes before the first variable: text, version, byte order.
 const HEADER: usize = 128;
@@ -101,8 +102,10 @@ pub(crate) fn read(budget: &Budget, path: &Path, file: impl Read) -> Result<Reco
         let what = format!("a single number, {value}; a signal is a vector");
         Other::new(name.clone(), what)
     };
+    let notes = left_out(&others, &[]).into_iter().collect();
     others.extend(constants.iter().map(scalar));
     Ok(RecordFile {
+        notes,
         constants,
         others,
         ..RecordFile::new(record, path)

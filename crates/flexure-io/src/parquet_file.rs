@@ -20,6 +20,7 @@ use parquet::schema::types::{ColumnDescriptor, Type};
 use crate::error::{Error, Result};
 use crate::memory::Budget;
 use crate::record_file::{Other, RecordFile};
+use crate::text::left_out;
 use crate::units::split_units;
 
 /// The four bytes a Parquet file begins and ends with.
@@ -120,6 +121,7 @@ fn read_checked<F: ChunkReader + 'static>(budget: &Budget, path: &Path, file: F)
     }
     Ok(RecordFile {
         units,
+        notes: left_out(&others, &[]).into_iter().collect(),
         others,
         ..RecordFile::new(record, path)
     })

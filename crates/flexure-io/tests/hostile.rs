@@ -115,6 +115,19 @@ fn a_table_longer_than_the_limit() {
 }
 
 #[test]
+fn lines_without_content_have_an_end() {
+    let folder = directory("blank_lines");
+    let path = folder.join("blank.csv.zst");
+    let content = [b"u,y\n1,2\n".to_vec(), vec![b'\n'; 11_000_000]].concat();
+    std::fs::write(&path, zstd::encode_all(&content[..], 1).unwrap()).unwrap();
+    let refused = message(&read(&path, 1 << 30).unwrap_err(), &folder);
+    assert!(
+        refused.ends_with("more than 10000000 lines without numbers follow each other; is it a table?"),
+        "{refused}"
+    );
+}
+
+#[test]
 fn a_line_that_never_ends() {
     let folder = directory("long_line");
     let path = folder.join("line.csv");

@@ -177,7 +177,7 @@ impl Block {
     fn respond(&self, inputs: &[&[f64]]) -> Vec<f64> {
         let input = first(inputs);
         match self {
-            Block::Static(curve) => parallel::values(input, |u| curve.value(u)),
+            Block::Static(curve) => parallel::numbers(input.len(), |i| curve.value(input[i])),
             Block::Linear(system) => system.simulate_from_mean(input),
             Block::Offset(offset) => input.iter().map(|u| u + offset).collect(),
             Block::Feedback(model) => model.simulate(input),

@@ -29,6 +29,16 @@ pub(crate) fn spread(samples: &[f64]) -> f64 {
     sort::median(samples.iter().map(|v| (v - middle).abs()).collect()) / NORMAL_MAD
 }
 
+/// As [`far`], where near are those of nearly the same place: in increasing order. What is not finite is passed over.
+pub fn far_along(places: &[f64], distances: &[f64], times: f64, least: f64) -> Vec<usize> {
+    let mut order = sort::order(&[places]);
+    order.retain(|&k| distances[k].is_finite());
+    let sizes: Vec<f64> = order.iter().map(|&k| distances[k]).collect();
+    let mut found: Vec<usize> = far(&sizes, times, least).into_iter().map(|at| order[at]).collect();
+    found.sort_unstable();
+    found
+}
+
 /// The distances of more than `times` the standard deviation that is usual nearby, which is at least `least`.
 pub fn far(distances: &[f64], times: f64, least: f64) -> Vec<usize> {
     let usual: Vec<f64> = distances

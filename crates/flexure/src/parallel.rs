@@ -28,16 +28,13 @@ where
     map(jobs.len(), |i| run(&jobs[i]))
 }
 
-/// The values of a function at every number of a signal, by pieces over all cores.
-pub(crate) fn values(of: &[f64], function: impl Fn(f64) -> f64 + Sync) -> Vec<f64> {
-    if of.len() <= PIECE {
-        return of.iter().map(|x| function(*x)).collect();
+/// The numbers that belong to 0, 1, ..., `count` - 1, by pieces over all cores.
+pub(crate) fn numbers(count: usize, of: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
+    if count <= PIECE {
+        return (0..count).map(of).collect();
     }
-    let pieces: Vec<&[f64]> = of.chunks(PIECE).collect();
-    batch(&pieces, |piece| {
-        piece.iter().map(|x| function(*x)).collect::<Vec<f64>>()
-    })
-    .concat()
+    let piece = |k: usize| -> Vec<f64> { (k * PIECE..count.min((k + 1) * PIECE)).map(&of).collect() };
+    map(count.div_ceil(PIECE), piece).concat()
 }
 
 /// Between two jobs, work that is asked to stop ends. The values of `of` at 0, 1, ..., `count` - 1, as by [`batch`].

@@ -3,6 +3,10 @@
 use std::io::{self, BufRead, Read};
 
 use super::LONGEST_LINE;
+use crate::error::LineProblem;
+
+/// The most lines without content that follow each other: a packed file of a few bytes has any number of them. Convention.
+const MOST_IDLE: u64 = 10_000_000;
 
 /// Passes lines on, each at its number, without what is not part of the table.
 ///
@@ -23,8 +27,10 @@ pub(super) struct Lines<R> {
     blank: Option<u64>,
     /// The first blank line that content follows.
     gap: Option<u64>,
-    /// The line that is too long, at which reading ended.
-    too_long: Option<u64>,
+    /// The lines without content since the last one with content.
+    idle: u64,
+    /// The line at which reading ended, and why.
+    stopped: Option<(u64, LineProblem)>,
     buffer: Vec<u8>,
     position: usize,
 }
@@ -40,7 +46,8 @@ impl<R: BufRead> Lines<R> {
             contents: 0,
             blank: None,
             gap: None,
-            too_long: None,
+            idle: 0,
+            stopped: None,
             buffer: Vec::new(),
             position: 0,
         }
@@ -56,9 +63,9 @@ impl<R: BufRead> Lines<R> {
         self.gap
     }
 
-    /// The line that is too long, at which reading ended.
-    pub(super) fn too_long(&self) -> Option<u64> {
-        self.too_long
+    /// The line at which reading ended, and why.
+    pub(super) fn stopped(&self) -> Option<(u64, LineProblem)> {
+        self.stopped.clone()
     }
 
     /// Reads the next line into the buffer; at the end of the file the buffer stays empty.
@@ -67,13 +74,19 @@ impl<R: BufRead> Lines<R> {
         self.position = 0;
         let limit = LONGEST_LINE;
         let length = self.input.by_ref().take(limit).read_until(b'\n', &mut self.buffer)?;
-        if length == 0 || self.too_long.is_some() {
+        if length == 0 || self.stopped.is_some() {
             self.buffer.clear();
             return Ok(());
         }
         self.line += 1;
         if length as u64 == limit && self.buffer.last() != Some(&b'\n') {
-            self.too_long = Some(self.line);
+            self.stopped = Some((self.line, LineProblem::TooLong { limit }));
+            self.buffer.clear();
+            return Ok(());
+        }
+        self.idle += u64::from(self.line > self.skip);
+        if self.idle > MOST_IDLE {
+            self.stopped = Some((self.line, LineProblem::WithoutEnd { limit: MOST_IDLE }));
             self.buffer.clear();
             return Ok(());
         }
@@ -96,6 +109,7 @@ impl<R: BufRead> Lines<R> {
             let blank = self.blank.take();
             self.gap = self.gap.or(blank.filter(|_| self.contents > self.heading));
             self.contents += 1;
+            self.idle = 0;
             if self.spaces {
                 let fields: Vec<&[u8]> = content
                     .split(u8::is_ascii_whitespace)

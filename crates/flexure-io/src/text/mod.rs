@@ -103,8 +103,8 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
         }
         count += 1;
     }
-    if let Some(line) = rows.get_ref().too_long() {
-        return Err(at((line, too_long)));
+    if let Some(stopped) = rows.get_ref().stopped() {
+        return Err(at(stopped));
     }
     if let Some(line) = rows.get_ref().gap() {
         return Err(at((line, LineProblem::Blank)));
@@ -216,7 +216,7 @@ fn assemble(path: &Path, layout: Layout, columns: Vec<Column>) -> Result<RecordF
 
 /// The columns that are no signals, as a sentence; the first of the `stamps`, which may be instants, before all others. One with some
 /// numbers is told where it is used, and by a look.
-fn left_out(others: &[Other], stamps: &[usize]) -> Option<String> {
+pub(crate) fn left_out(others: &[Other], stamps: &[usize]) -> Option<String> {
     let instants = stamps.first().map(|&i| &others[i]);
     let others: Vec<&Other> = others
         .iter()

@@ -4,7 +4,7 @@
 //! limit and 0 above.
 
 use flexure::nonlinearity::NamedEstimator;
-use flexure::outliers::far;
+use flexure::outliers::far_along;
 
 use super::{Diagnosis, Regression, RegressionData};
 
@@ -18,16 +18,13 @@ const ROUNDS: usize = 5;
 /// The outliers among rows with these residuals: far from zero beside what is usual among rows with nearly the same x, or, of several columns,
 /// with nearly the same estimate.
 pub fn outliers(data: &RegressionData, rows: &[usize], fitted: &[f64], residuals: &[f64]) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..rows.len()).filter(|&k| residuals[k].is_finite()).collect();
-    let place = |k: usize| match &data.x[..] {
-        [x] => x[rows[k]],
-        _ => fitted[k],
+    let places: Vec<f64> = match &data.x[..] {
+        [x] => rows.iter().map(|&row| x[row]).collect(),
+        _ => fitted.to_vec(),
     };
-    order.sort_by(|&j, &k| place(j).total_cmp(&place(k)));
-    let sizes: Vec<f64> = order.iter().map(|&k| residuals[k].abs()).collect();
-    let mut found: Vec<usize> = (far(&sizes, OUTLIER, f64::MIN_POSITIVE).into_iter())
-        .map(|at| rows[order[at]])
-        .collect();
+    let sizes: Vec<f64> = residuals.iter().map(|residual| residual.abs()).collect();
+    let far = far_along(&places, &sizes, OUTLIER, f64::MIN_POSITIVE);
+    let mut found: Vec<usize> = far.into_iter().map(|at| rows[at]).collect();
     found.sort_unstable();
     match found.len() as f64 > MOST_OUTLIERS * rows.len() as f64 {
         true => Vec::new(),

@@ -20,6 +20,7 @@ use super::regression::NonlinearityEstimate;
 use crate::error::Result;
 use crate::linalg::{self, WithInverse};
 use crate::linear::correlation::{cross_covariance, variance};
+use crate::parallel;
 use crate::quantiles::NORMAL_99;
 
 /// Both blocks without the input's colour, from those estimated as if it were white.
@@ -90,11 +91,9 @@ pub(super) fn deconvolve(y: &[f64], m: &[f64], lags: Range<usize>) -> Option<Imp
 /// y less what the response explains of it at all lags but `lag`.
 fn less_other_lags(y: &[f64], m: &[f64], k: &[f64], lag: usize) -> Vec<f64> {
     let first = k.iter().position(|&k| k != 0.0).unwrap_or(k.len());
-    (0..y.len())
-        .map(|n| {
-            let past = k.iter().enumerate().skip(first).take((n + 1).saturating_sub(first));
-            let others: f64 = past.filter(|(j, _)| *j != lag).map(|(j, k)| k * m[n - j]).sum();
-            y[n] - others
-        })
-        .collect()
+    parallel::numbers(y.len(), |n| {
+        let past = k.iter().enumerate().skip(first).take((n + 1).saturating_sub(first));
+        let others: f64 = past.filter(|(j, _)| *j != lag).map(|(j, k)| k * m[n - j]).sum();
+        y[n] - others
+    })
 }

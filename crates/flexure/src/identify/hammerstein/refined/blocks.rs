@@ -145,7 +145,7 @@ impl Blocks {
     /// phi less its mean, at the samples.
     pub fn signal(&self, u: &[f64]) -> Vec<f64> {
         let phi = self.nonlinearity();
-        parallel::values(u, |u| phi.value(u))
+        parallel::numbers(u.len(), |i| phi.value(u[i]))
     }
 
     /// The output without the offset.
