@@ -146,7 +146,7 @@ fn parameters_that_are_not_the_estimators() {
     );
     folder.misused(
         &regress("--x x --y y --band 95"),
-        "invalid value '95' for '--band <LEVEL>': expected a number from 0.5 to 0.999",
+        "invalid value '95' for '--band <LEVEL>': expected a number from 0.5 to 0.999; 95 % is 0.95",
     );
     folder.failed(
         &regress("--x x --y y --estimator polynomial --parameter 64"),

@@ -116,6 +116,14 @@ fn values_out_of_range() {
             "'half' for '--fresh <SHARE>': expected a number from 0.05 to 0.9",
         ),
         (
+            "--fresh 25",
+            "'25' for '--fresh <SHARE>': expected a number from 0.05 to 0.9; 25 % is 0.25",
+        ),
+        (
+            "--sample-time 5ms",
+            "'5ms' for '--sample-time <S>': expected a positive number in s or Hz, without the unit: 0.005",
+        ),
+        (
             "--sample-time 0",
             "'0' for '--sample-time <S>': expected a positive number",
         ),
