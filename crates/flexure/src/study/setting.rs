@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::distributions::gamma;
 use crate::error::{Error, Result};
 use crate::linear::TransferFunction;
+use crate::parallel;
 use crate::systems::{KnownHammerstein, KnownNonlinearity};
 
 /// The distribution of the white input X.
@@ -42,20 +43,19 @@ impl Input {
     }
 
     /// E g(X), by the midpoint rule after mapping the density's support to (-1, 1).
-    pub fn expectation(self, g: impl Fn(f64) -> f64) -> f64 {
+    pub fn expectation(self, g: impl Fn(f64) -> f64 + Sync) -> f64 {
         let step = 2.0 / QUADRATURE as f64;
-        let nodes = (0..QUADRATURE).map(|i| -1.0 + (i as f64 + 0.5) * step);
-        let sum: f64 = match self {
-            Input::Uniform { range } => nodes.map(|t| g(range * t) * 0.5).sum(),
-            _ => nodes
-                .map(|t| {
-                    let rest = 1.0 - t * t;
-                    let x = t / rest;
-                    g(x) * self.density(x) * (1.0 + t * t) / (rest * rest)
-                })
-                .sum(),
-        };
-        sum * step
+        let node = |i: usize| -1.0 + (i as f64 + 0.5) * step;
+        let values = parallel::numbers(QUADRATURE, |i| match self {
+            Input::Uniform { range } => g(range * node(i)) * 0.5,
+            _ => {
+                let t = node(i);
+                let rest = 1.0 - t * t;
+                let x = t / rest;
+                g(x) * self.density(x) * (1.0 + t * t) / (rest * rest)
+            }
+        });
+        values.iter().sum::<f64>() * step
     }
 
     fn name(self) -> &'static str {
