@@ -20,6 +20,8 @@ pub const MARK: &str = "progress: ";
 pub struct Progress {
     bar: ProgressBar,
     started: Instant,
+    /// The line that was written last, where lines are asked for.
+    line: Option<Mutex<String>>,
 }
 
 impl Progress {
@@ -32,6 +34,7 @@ impl Progress {
         Progress {
             bar,
             started: Instant::now(),
+            line: std::env::var_os(LINES).map(|_| Mutex::default()),
         }
     }
 
@@ -41,6 +44,14 @@ impl Progress {
             self.bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
         }
         self.bar.set_position((1000.0 * done) as u64);
+        if let Some(Ok(mut last)) = self.line.as_ref().map(Mutex::lock) {
+            let share = (100 * self.bar.position()).checked_div(self.bar.length().unwrap_or(0));
+            let line = self.bar.message() + &share.map_or(String::new(), |share| format!(", {share} %"));
+            if *last != line {
+                eprintln!("{MARK}{line}");
+                *last = line;
+            }
+        }
     }
 }
 
@@ -96,9 +107,6 @@ impl Reported {
         let stage = self.stage.lock().ok().and_then(|current| current.clone());
         let parts = [Some(what.to_owned()), stage, step];
         let message = parts.into_iter().flatten().collect::<Vec<_>>().join(": ");
-        if std::env::var_os(LINES).is_some() && progress.bar.message() != message {
-            eprintln!("{MARK}{message}");
-        }
         progress.bar.set_message(message);
         let [done, all] = self.units.each_ref().map(|units| units.load(Ordering::Relaxed));
         // Before anything is done, nothing is known of what is left.
