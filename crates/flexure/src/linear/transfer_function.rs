@@ -56,7 +56,7 @@ impl TransferFunction {
     /// Builds `G = b / a`; both are divided by `a[0]`.
     ///
     /// # Errors
-    /// [`Error::Data`]: `TooShort` if `b` or `a` is empty, `NonFinite`, and
+    /// [`Error::Data`]: `TooShort` if `b` or `a` is empty, `NonFinite` before or after the division, and
     /// [`Error::Parameter`] if `a[0]` is zero.
     pub fn new(mut b: Vec<f64>, mut a: Vec<f64>) -> Result<Self> {
         for (column, c) in [("b", &b), ("a", &a)] {
@@ -71,7 +71,12 @@ impl TransferFunction {
         if first == 0.0 {
             return Err(Error::parameter("a[0]", first, "non-zero"));
         }
-        b.iter_mut().chain(&mut a).for_each(|v| *v /= first);
+        for (column, c) in [("b", &mut b), ("a", &mut a)] {
+            c.iter_mut().for_each(|v| *v /= first);
+            if let Some(sample) = c.iter().position(|v| !v.is_finite()) {
+                return Err(Error::not_finite(column, sample, c[sample]));
+            }
+        }
         Ok(TransferFunction { b, a })
     }
 
@@ -366,6 +371,13 @@ mod tests {
             assert!(!system.is_stable() && !system.static_gain().is_finite());
             assert_eq!(system.is_stable_or_integrates(), may_run, "{poles:?}");
         }
+    }
+
+    #[test]
+    fn a_division_that_leaves_no_number_is_refused() {
+        assert!(TransferFunction::new(vec![1e308], vec![0.1, 0.0]).is_err());
+        assert!(TransferFunction::new(vec![1.0], vec![1e-300, 1e300]).is_err());
+        assert!(TransferFunction::new(vec![1.0], vec![0.1, 0.0]).is_ok());
     }
 
     #[test]
