@@ -10,6 +10,7 @@ use flexure::identify::{Structure, structures};
 use flexure::nonlinearity::{EstimatorName, Kernel, Rule};
 use flexure::text::decimal;
 use flexure_workbench::Named;
+use flexure_workbench::preparation::conversion;
 use flexure_workbench::text::capitalised;
 
 /// What is wrong with a name that none of the choices has; clap refuses such names before this.
@@ -138,23 +139,15 @@ pub fn positive(text: &str) -> Result<f64, String> {
     number(text, |v| v > 0.0).ok_or_else(|| format!("expected a positive number{}", without_unit(text)))
 }
 
-/// Units that people write behind a number of seconds or Hz, in those.
-const UNITS: [(&str, f64); 8] = [
-    ("ms", 1e-3),
-    ("us", 1e-6),
-    ("µs", 1e-6),
-    ("ns", 1e-9),
-    ("kHz", 1e3),
-    ("Hz", 1.0),
-    ("min", 60.0),
-    ("s", 1.0),
-];
-
-/// What to write in place of a number with a unit.
+/// What to write in place of a number with a unit of time or frequency.
 fn without_unit(text: &str) -> String {
-    let read = |(unit, size): &(&str, f64)| number(text.strip_suffix(unit)?.trim(), |v| v > 0.0).map(|v| v * size);
-    let value = UNITS.iter().find_map(read);
-    value.map_or(String::new(), |value| {
+    let end = text.trim_end_matches(|c: char| c.is_alphabetic()).len();
+    let (digits, unit) = text.split_at(end);
+    let value = number(digits.trim(), |v| v > 0.0);
+    let to = |base| conversion(unit, base).ok();
+    let converted = value.zip(to("s")).map(|(value, to_s)| to_s(value));
+    let converted = converted.or_else(|| value.zip(to("Hz")).map(|(value, to_hz)| to_hz(value)));
+    converted.map_or(String::new(), |value| {
         format!(" in s or Hz, without the unit: {}", decimal(value))
     })
 }

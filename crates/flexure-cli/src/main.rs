@@ -89,7 +89,7 @@ fn threads() {
     // 0: as many as the machine has cores.
     let count: usize = asked.unwrap_or(0);
     let pool = || rayon::ThreadPoolBuilder::new().num_threads(count.min(MOST_THREADS));
-    // The global pool can be made once, be it with success or not.
+    // rayon tries to make the global pool only once, so another pool shows first whether threads can be made.
     let made = match pool().build() {
         Ok(_) => pool().build_global(),
         Err(_) => pool().num_threads(1).use_current_thread().build_global(),

@@ -6,10 +6,10 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
 use signal_hook::low_level::emulate_default_handler;
 
-/// What else is to be done before the process ends.
+/// Work to do before a signal ends the process.
 static BEFORE: OnceLock<Box<dyn Fn() + Send + Sync>> = OnceLock::new();
 
-/// Does this too before a signal ends the process; the first that is asked for is done.
+/// Registers work to do before a signal ends the process. Only the first registration counts.
 pub fn before_end(work: impl Fn() + Send + Sync + 'static) {
     let _ = BEFORE.set(Box::new(work));
 }

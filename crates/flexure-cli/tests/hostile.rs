@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Folder, outcome};
+use common::Folder;
 
 /// A folder with a record of a joint whose motor and link are given as text, sample by sample.
 fn joint(motor: impl Fn(f64) -> f64, link: impl Fn(f64) -> f64) -> Folder {
@@ -140,11 +140,7 @@ fn records_that_are_computed_have_room() {
         "prepare r.csv --sample-time 0.01 --resample 3e-7 -o out.csv",
         "control s.toml -o out.csv",
     ] {
-        let program = folder.command(arguments);
-        let mut limited = std::process::Command::new("sh");
-        limited.args(["-c", "ulimit -v 4000000 && exec \"$0\" \"$@\""]);
-        limited.arg(program.get_program()).args(program.get_args());
-        let outcome = outcome(limited.current_dir(folder.path("")));
+        let outcome = folder.run_under("ulimit -v 4000000", arguments);
         assert_eq!(outcome.code, Some(1), "{arguments}: {outcome:?}");
         assert!(
             outcome.stderr.contains("half of the free memory"),
@@ -238,7 +234,10 @@ fn messages_are_short() {
 #[test]
 fn numbers_of_options_are_shown_short() {
     let folder = Folder::new();
-    folder.known("r.csv", 300, 1);
+    let rows: String = (0..300)
+        .map(|k| format!("{:.2},{},{}\n", 0.01 * f64::from(k), k % 7, (k * k) % 11))
+        .collect();
+    folder.write("r.csv", format!("t,u,y\n{rows}"));
     for arguments in [
         "identify r.csv --input u --output y --sample-time 1e-300",
         "prepare r.csv --sample-time 0.01 --resample 1e300 -o out.csv",
@@ -295,11 +294,7 @@ fn a_limit_of_file_sizes_is_a_failed_write() {
     folder.known("r.csv", 5000, 1);
     folder.write("out.csv", "old");
     let before = folder.content();
-    let program = folder.command("prepare r.csv -o out.csv");
-    let mut limited = std::process::Command::new("sh");
-    limited.args(["-c", "ulimit -f 16 && exec \"$0\" \"$@\""]);
-    limited.arg(program.get_program()).args(program.get_args());
-    let outcome = outcome(limited.current_dir(folder.path("")));
+    let outcome = folder.run_under("ulimit -f 16", "prepare r.csv -o out.csv");
     assert_eq!(outcome.code, Some(1), "{outcome:?}");
     assert!(outcome.stderr.contains("out.csv"), "{outcome:?}");
     assert_eq!(folder.content(), before);

@@ -229,7 +229,7 @@ fn numbers(kind: &Datatype, message: &[u8]) -> std::result::Result<Numbers, &'st
         | Datatype::FloatingPoint { size: 4 | 8, .. }
             if !fills_its_bytes(message) =>
         {
-            Err("numbers of bits in an order of their own; save them as int32 or float64")
+            Err("numbers with an unusual layout of bits; save them as int32 or float64")
         }
         Datatype::FixedPoint {
             size: size @ (1 | 2 | 4 | 8),
@@ -262,7 +262,7 @@ fn numbers(kind: &Datatype, message: &[u8]) -> std::result::Result<Numbers, &'st
     }
 }
 
-/// Whether the type of a number uses all its bits, as the types of processors do; the library reads no other right.
+/// Whether numbers of this type are laid out as a processor's are. The library misreads all others.
 ///
 /// Source: "HDF5 File Format Specification" 3.0, section IV.A.2.d: a head with class, flags and size, then bit offset and precision; for
 /// floating point also where exponent and mantissa stand, their sizes, and the exponent's bias.

@@ -11,7 +11,7 @@ use crate::error::{Error, NoMemory, Result};
 
 /// The most memory for a record where [`ReadOptions::memory`](crate::ReadOptions::memory) does not say it, bytes.
 const MOST: u64 = 4 << 30;
-/// The share of the free memory that a record may take: an identification with all structures takes sixteen times as much besides (measured).
+/// The share of the free memory that a record may take: a comparison of all structures needs sixteen times the record in addition (measured).
 const RECORD_OF_FREE: u64 = 20;
 /// The share that a record which is computed may take, with what it is computed from.
 const COMPUTED_OF_FREE: u64 = 2;
@@ -160,7 +160,7 @@ fn free() -> Option<u64> {
     [available, own, of_group()].into_iter().flatten().min()
 }
 
-/// What the process's group has left, as of a container, bytes: files that are kept in memory count as free.
+/// The memory that the process's control group (cgroup), such as a container, has left, bytes. Cached pages of files count as free.
 fn of_group() -> Option<u64> {
     let groups = std::fs::read_to_string("/proc/self/cgroup").ok()?;
     let number = |file: PathBuf| std::fs::read_to_string(file).ok()?.trim().parse::<u64>().ok();

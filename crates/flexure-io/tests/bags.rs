@@ -180,11 +180,11 @@ fn what_a_channel_says_of_its_messages_is_held_against_them() {
         ("surplus.mcap", "has 8 bytes more than its definition"),
         (
             "two_definitions.mcap",
-            "has another definition or encoding than those before of the same type",
+            "has a different definition or encoding from the earlier messages of its topic",
         ),
         (
             "two_encodings.mcap",
-            "has another definition or encoding than those before of the same type",
+            "has a different definition or encoding from the earlier messages of its topic",
         ),
     ] {
         let found = odd(name);

@@ -88,7 +88,7 @@ fn a_group_is_chosen_where_groups_differ_in_length() {
 fn numbers_that_do_not_fill_their_bytes_are_no_signals() {
     let file = read_record(fixture("hdf5/layouts.h5")).unwrap();
     assert_eq!(file.record.names(), ["u"]);
-    let own = "numbers of bits in an order of their own; save them as int32 or float64 (50)";
+    let own = "numbers with an unusual layout of bits; save them as int32 or float64 (50)";
     for (column, what) in [
         ("shifted", own),
         ("packed", own),

@@ -29,7 +29,8 @@ pub(crate) fn spread(samples: &[f64]) -> f64 {
     sort::median(samples.iter().map(|v| (v - middle).abs()).collect()) / NORMAL_MAD
 }
 
-/// As [`far`], where near are those of nearly the same place: in increasing order. What is not finite is passed over.
+/// As [`far`], after sorting by `places`: neighbours are samples at nearly the same place. Distances that are not finite are skipped.
+/// The indices are in increasing order.
 pub fn far_along(places: &[f64], distances: &[f64], times: f64, least: f64) -> Vec<usize> {
     let mut order = sort::order(&[places]);
     order.retain(|&k| distances[k].is_finite());

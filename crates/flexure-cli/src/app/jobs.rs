@@ -193,7 +193,7 @@ impl Jobs {
         true
     }
 
-    /// Sees to the commands that have ended.
+    /// Notes which commands have ended, and keeps their results.
     pub fn look(&self, project: &Project) {
         for job in self.all().1.values_mut() {
             job.look(project);
@@ -208,7 +208,7 @@ impl Jobs {
     }
 }
 
-/// Ends a process, which has the time to take away what it has not written to the end.
+/// Asks a process to end. It first removes its temporary files.
 fn end(child: &mut Child) -> bool {
     #[cfg(unix)]
     {

@@ -23,7 +23,7 @@ use crate::signals;
 use project::Project;
 use server::App;
 
-/// How often it is seen to what commands have ended, whose page may be closed.
+/// How often the app looks for commands that have ended. Their page may be closed by then.
 const ROUND: Duration = Duration::from_millis(500);
 /// The largest file that is taken, bytes, unless given.
 const LARGEST: u64 = 4 << 30;
@@ -68,7 +68,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let (token, entrance) = (random()?, random()?);
     let page = format!("http://{address}/{token}/");
     let opens = !arguments.no_open && std::io::stdout().is_terminal();
-    // It is there until the process ends.
+    // It lives until the process ends.
     let app: &'static App = Box::leak(Box::new(App {
         host: address.to_string(),
         token,
@@ -87,7 +87,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         "{page}\nCtrl-C ends the app. Whoever has this address can use it."
     ))?;
     if opens {
-        // The address stands there for who has no browser here. Other users see what a browser is told, so that it works once.
+        // The address stands there for who has no browser here. Other users of the machine can see a program's arguments, so this address works only once.
         let _ = open::that_detached(format!("http://{address}/{entrance}"));
     }
     http::serve(&listener, &|request| app.answer(request));

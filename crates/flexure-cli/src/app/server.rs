@@ -28,7 +28,7 @@ pub struct App {
     /// The address that browsers name: `127.0.0.1:PORT`.
     pub host: String,
     pub token: String,
-    /// The path that leads to the page once: what the browser is started with.
+    /// A path that leads to the page once. The app starts the browser with it.
     pub entrance: Mutex<Option<String>>,
     pub project: Project,
     pub jobs: Jobs,

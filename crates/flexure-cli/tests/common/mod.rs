@@ -81,6 +81,16 @@ impl Folder {
         outcome(self.command(arguments).envs(environment.iter().copied()))
     }
 
+    /// Runs `flexure` in a shell behind `first`, such as a limit of the system.
+    #[cfg(unix)]
+    pub fn run_under(&self, first: &str, arguments: &str) -> Outcome {
+        let program = self.command(arguments);
+        let mut shell = Command::new("sh");
+        shell.args(["-c", &format!("{first} && exec \"$0\" \"$@\"")]);
+        shell.arg(program.get_program()).args(program.get_args());
+        outcome(shell.current_dir(self.0.path()))
+    }
+
     /// `flexure` with the words of `arguments`, to be run in the folder.
     pub fn command(&self, arguments: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_flexure"));

@@ -35,7 +35,7 @@ impl<'a> Cdr<'a> {
         }
     }
 
-    /// Ends a message of which all fields are read: behind them stands the gap before the next four bytes at most.
+    /// Checks that the message ends behind its last field. Up to three bytes of padding may follow.
     pub(super) fn end(&self) -> Decoded<()> {
         match self.rest() {
             0..4 => Ok(()),

@@ -67,7 +67,7 @@ impl Table {
             return Err(format!("is of type {}, those before of {}", channel.kind, own.kind).into());
         }
         if own.encoding != channel.encoding || own.definition != channel.definition {
-            return Err("has another definition or encoding than those before of the same type".into());
+            return Err("has a different definition or encoding from the earlier messages of its topic".into());
         }
         Ok(())
     }

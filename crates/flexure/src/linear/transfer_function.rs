@@ -13,18 +13,18 @@ use crate::parallel;
 const ROUNDING: f64 = 1e-14;
 /// Longest impulse response that [`TransferFunction::settling`] looks at, in samples.
 const LONGEST_SETTLING: usize = 100_000;
-/// What may be left of the response to earlier samples where a piece of a signal is simulated apart: less than rounding.
+/// The share of the response to older samples that may be left where a piece begins: less than rounding.
 const SETTLED: f64 = 1e-18;
 /// The shortest piece, in samples, and that in settling times, so that what is simulated twice is small beside it: convention.
 const SHORTEST_PIECE: usize = 1 << 15;
 const LEAST_OF_SETTLING: usize = 8;
 
-/// A piece of a signal that is simulated apart.
+/// A piece of a signal that is simulated by itself.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Piece {
     /// Where its simulation begins, from rest.
     pub begin: usize,
-    /// What is wanted of it.
+    /// The samples that are wanted.
     pub from: usize,
     pub end: usize,
 }
@@ -156,8 +156,9 @@ impl TransferFunction {
         output
     }
 
-    /// Pieces of `n` samples that can be simulated apart, also with the response to the response: each begins so long before what is wanted
-    /// of it that nothing is left of what was before. A system that settles slowly, or not at all, and a short signal are one piece.
+    /// Pieces of a signal of `n` samples that can be simulated in parallel. The simulation of a piece begins before its first wanted
+    /// sample, so early that the response to older samples has decayed below rounding, also through two such systems in series. A
+    /// short signal, and a system that settles slowly or not at all, have one piece.
     pub(crate) fn pieces(&self, n: usize) -> Vec<Piece> {
         let whole = || {
             vec![Piece {
