@@ -14,7 +14,7 @@
 //! A run of the program that takes long is interrupted, and must end at once. It is counted.
 //!
 //! Inputs follow from the seed. One that fails is kept in `target/fuzz`, made smaller by hand, and put into `fuzz/corpus`, which every
-//! run goes through first.
+//! run goes through first. Its binary files are made by `fuzz/corpus/make.py`.
 
 mod commands;
 #[expect(dead_code, reason = "the tests of the exports use more of it")]

@@ -321,6 +321,34 @@ fn a_clock_that_jitters_too_much_is_resampled() {
 }
 
 #[test]
+fn a_terminal_is_not_flooded_with_columns() {
+    let folder = Folder::new();
+    let names: Vec<String> = (0..103).map(|k| format!("c{k}")).collect();
+    let rows = (0..9).map(|row| {
+        (0..103)
+            .map(|k| (k * row % 7).to_string())
+            .collect::<Vec<_>>()
+            .join(",")
+    });
+    let text: Vec<String> = std::iter::once(names.join(",")).chain(rows).collect();
+    folder.write("r.csv", text.join("\n"));
+    let found = outcome(folder.command("look").arg("r.csv"));
+    assert!(
+        found.stdout.contains("\n  c99 ") && !found.stdout.contains("\n  c100 "),
+        "{}",
+        found.stdout
+    );
+    assert!(
+        found.stdout.contains("and 3 more columns: see --report or --json"),
+        "{}",
+        found.stdout
+    );
+    let found = outcome(folder.command("look").args(["r.csv", "--json"]));
+    let json: Value = serde_json::from_str(&found.stdout).unwrap();
+    assert_eq!(json["columns"].as_array().unwrap().len(), 103);
+}
+
+#[test]
 fn nothing_to_identify() {
     let folder = Folder::new();
     let [a, b] = [7, 8].map(|seed| common::known(1000, seed).column("u").unwrap().to_vec());

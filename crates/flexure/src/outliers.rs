@@ -1,7 +1,7 @@
 //! What stands alone, far from all that is near (Hampel 1974).
 
 use crate::quantiles::NORMAL_MAD;
-use crate::sort;
+use crate::{parallel, sort};
 
 /// Samples of a block over which the usual distance is taken. Convention.
 const BLOCK: usize = 100;
@@ -17,7 +17,7 @@ pub(crate) fn distances(samples: &[f64]) -> Vec<f64> {
         near.sort_unstable_by(f64::total_cmp);
         (samples[t] - near[half]).abs()
     };
-    (0..n).map(distance).collect()
+    parallel::numbers(n, distance)
 }
 
 /// The standard deviation of normal samples with this median distance from their median.
@@ -34,7 +34,7 @@ pub(crate) fn spread(samples: &[f64]) -> f64 {
 pub fn far_along(places: &[f64], distances: &[f64], times: f64, least: f64) -> Vec<usize> {
     let mut order = sort::order(&[places]);
     order.retain(|&k| distances[k].is_finite());
-    let sizes: Vec<f64> = order.iter().map(|&k| distances[k]).collect();
+    let sizes = parallel::numbers(order.len(), |k| distances[order[k]]);
     let mut found: Vec<usize> = far(&sizes, times, least).into_iter().map(|at| order[at]).collect();
     found.sort_unstable();
     found

@@ -5,11 +5,17 @@
 
 use std::cell::Cell;
 use std::cmp::Ordering;
+use std::sync::{Mutex, PoisonError};
 
-use crate::interrupt;
+use crate::{interrupt, parallel};
 
 /// Comparisons between two questions whether the work is to stop: a millisecond.
 const COMPARISONS: u32 = 1 << 16;
+
+/// Fewer items are sorted by one thread.
+const PIECE: usize = 1 << 16;
+/// More items are sorted in so many pieces.
+const PIECES: usize = 64;
 
 /// The places of the rows of these columns in increasing order of the first column, then of the second and so on; equal rows
 /// stay in their order.
@@ -23,13 +29,49 @@ pub(crate) fn order(columns: &[&[f64]]) -> Vec<usize> {
             .map(|column| column[i as usize].total_cmp(&column[j as usize]));
         compared.fold(Ordering::Equal, Ordering::then).then(i.cmp(&j))
     };
-    let mut keys: Vec<(f64, u32)> = first.iter().copied().zip(0..).collect();
-    let asked = Asked::default();
-    keys.sort_unstable_by(|a, b| {
-        asked.once_more();
-        a.0.total_cmp(&b.0).then_with(|| by_others(a.1, b.1))
-    });
+    let keys: Vec<(f64, u32)> = first.iter().copied().zip(0..).collect();
+    let keys = ordered(keys, |a, b| a.0.total_cmp(&b.0).then_with(|| by_others(a.1, b.1)));
     keys.into_iter().map(|(_, place)| place as usize).collect()
+}
+
+/// The items in increasing order, of which equal ones cannot be told apart; over all cores where there are many.
+fn ordered<T: Copy + Send + Sync>(mut items: Vec<T>, compare: impl Fn(&T, &T) -> Ordering + Sync) -> Vec<T> {
+    let sort = |piece: &mut [T]| {
+        let asked = Asked::default();
+        piece.sort_unstable_by(|a, b| {
+            asked.once_more();
+            compare(a, b)
+        });
+    };
+    if items.len() <= PIECE {
+        sort(&mut items);
+        return items;
+    }
+    let length = items.len().div_ceil(PIECES);
+    let pieces: Vec<_> = items.chunks_mut(length).map(Mutex::new).collect();
+    parallel::map(pieces.len(), |k| {
+        sort(&mut pieces[k].lock().unwrap_or_else(PoisonError::into_inner));
+    });
+    drop(pieces);
+    // A range of the result has what of each piece lies between two bounds.
+    let mut bounds: Vec<T> = items.iter().copied().step_by(length.div_ceil(PIECES)).collect();
+    sort(&mut bounds);
+    let bounds: Vec<T> = bounds.into_iter().step_by(PIECES).collect();
+    let range = |r: usize| {
+        let below = |piece: &[T], bound: &T| piece.partition_point(|item| compare(item, bound).is_lt());
+        let mut merged = Vec::new();
+        for piece in items.chunks(length) {
+            let from = r.checked_sub(1).map_or(0, |r| below(piece, &bounds[r]));
+            let to = bounds.get(r).map_or(piece.len(), |bound| below(piece, bound));
+            merged.extend_from_slice(&piece[from..to]);
+        }
+        // This sort merges what is in order already.
+        merged.sort_by(&compare);
+        merged
+    };
+    let ranges = parallel::map(bounds.len() + 1, range);
+    drop(items);
+    ranges.concat()
 }
 
 /// Ends a long sort whose work is to stop: sorting millions of numbers takes tenths of a second.
@@ -54,13 +96,7 @@ pub(crate) fn by_key<T>(items: &mut Vec<T>, key: impl FnMut(&T) -> f64) {
 
 /// The values in increasing order.
 pub(crate) fn sorted(values: &[f64]) -> Vec<f64> {
-    let mut sorted = values.to_vec();
-    let asked = Asked::default();
-    sorted.sort_unstable_by(|a, b| {
-        asked.once_more();
-        a.total_cmp(b)
-    });
-    sorted
+    ordered(values.to_vec(), f64::total_cmp)
 }
 
 /// The median; of an even number of values the larger one in the middle. There must be at least one.
@@ -101,6 +137,29 @@ mod tests {
             let whole = interrupt::Interrupt::after(1000);
             assert!(whole.watch(|| sort(&values)).is_ok());
             assert!(1000 - whole.left() > 5);
+        }
+    }
+
+    #[test]
+    fn many_items_are_sorted_in_pieces_as_few_are() {
+        let n = 3 * PIECE + 17;
+        let first: Vec<f64> = (0..n).map(|i| (i * 7919 % 100_003 / 40) as f64).collect();
+        let second: Vec<f64> = (0..n).map(|i| (i * 104_729 % 65_537 % 5) as f64).collect();
+        let mut want: Vec<usize> = (0..n).collect();
+        want.sort_by(|&i, &j| {
+            let compared = first[i].total_cmp(&first[j]).then(second[i].total_cmp(&second[j]));
+            compared.then(i.cmp(&j))
+        });
+        assert_eq!(order(&[&first, &second]), want);
+        // Equal numbers, numbers that are in order, and numbers against it.
+        for x in [
+            vec![1.0; n],
+            (0..n).map(|i| i as f64).collect(),
+            (0..n).map(|i| -(i as f64)).collect(),
+        ] {
+            let mut want = x.clone();
+            want.sort_by(f64::total_cmp);
+            assert_eq!(sorted(&x), want);
         }
     }
 

@@ -6,7 +6,8 @@ use flexure::text::{counted, number, p_value, percent};
 use super::Inspection;
 use crate::lines::{Lines, Tone};
 
-/// Rows of dependences that are printed; the page and JSON have all of them.
+/// Columns and dependences that are printed; the page and JSON have all of them.
+const COLUMNS: usize = 100;
 const ROWS: usize = 12;
 
 impl Inspection<'_> {
@@ -14,9 +15,16 @@ impl Inspection<'_> {
     pub fn summary(&self) -> Lines {
         let mut lines = Lines::new();
         lines.headline(Tone::Plain, self.headline());
-        let rows = self.column_rows();
+        let mut rows = self.column_rows();
+        let more = rows.len().saturating_sub(1 + COLUMNS);
+        rows.truncate(1 + COLUMNS);
         let texts = rows[0].iter().take_while(|name| *name == "column" || *name == "unit");
         lines.table(&rows, &(0..texts.count()).collect::<Vec<_>>());
+        if more > 0 {
+            lines.deeper(|lines| {
+                lines.sentence(format!("and {}: see --report or --json", counted(more, "more column")))
+            });
+        }
         lines.space();
         let dependences = self.dependences();
         lines.sentence(match dependences.is_empty() {

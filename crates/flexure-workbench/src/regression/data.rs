@@ -157,7 +157,8 @@ impl<'a> RegressionData<'a> {
 
     /// The range of a column of x over the rows of positive weight.
     pub fn range(&self, column: usize) -> [f64; 2] {
-        extent(self.rows().into_iter().map(|i| self.x[column][i]))
+        let rows = self.x[column].iter().enumerate();
+        extent(rows.filter(|(row, _)| self.weight(*row) > 0.0).map(|(_, x)| *x))
     }
 
     /// A grid over the ranges of all columns, the last column fastest; column by column. `points` are those along each column, by

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::{Degree, Kernel, Sums};
 use crate::linear::correlation::weighted_mean;
+use crate::parallel;
 use crate::sort::order;
 
 /// Points sorted by abscissa, then ordinate, then weight, so that nothing depends on their order in the
@@ -25,7 +26,7 @@ impl Sorted {
             None => order(&[x, y]),
             Some(w) => order(&[x, y, w]).into_iter().filter(|&i| w[i] > 0.0).collect(),
         };
-        let gather = |values: &[f64]| -> Vec<f64> { order.iter().map(|&i| values[i]).collect() };
+        let gather = |values: &[f64]| parallel::numbers(order.len(), |i| values[order[i]]);
         Self::centred(gather(x), gather(y), weights.map(gather))
     }
 
