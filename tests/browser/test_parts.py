@@ -21,13 +21,14 @@ def columns(report, plot):
 
 def test_step_response_adds_up_the_impulse_response(report):
     needs(report, "#plot-step-0", "linear part")
-    impulse = report.js(DATA)["linear"][0]["impulse"]
-    sums = list(itertools.accumulate(impulse))
+    linear = report.js(DATA)["linear"][0]
+    sums = list(itertools.accumulate(linear["impulse"]))
     names, rows = columns(report, "plot-step-0")
-    unit = report.js(DATA)["linear"][0]["response_unit"]
-    assert names == ["time since the step (samples)", f"step response ({unit})" if unit else "step response"]
+    unit, step = linear["response_unit"], linear.get("sample_time", 1)
+    time = "s" if "sample_time" in linear else "samples"
+    assert names == [f"time since the step ({time})", f"step response ({unit})" if unit else "step response"]
     for row in rows:
-        assert float(row[1]) == pytest.approx(sums[int(row[0])], rel=1e-4, abs=1e-4)
+        assert float(row[1]) == pytest.approx(sums[round(float(row[0]) / step)], rel=1e-4, abs=1e-4)
     assert severe(report) == []
 
 

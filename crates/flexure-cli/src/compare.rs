@@ -16,7 +16,7 @@ use crate::reading::Reading;
 /// Judge several models on one record, side by side.
 ///
 /// Every model runs free under the record's inputs, and is judged on the same samples. A model that was identified from this very
-/// record is marked. The columns are the models' own.
+/// record is marked. The columns are the models' own, unless --input and --output name others.
 #[derive(clap::Args)]
 #[command(
     override_usage = "flexure compare [OPTIONS] <MODEL>... <RECORD>",
@@ -26,6 +26,12 @@ pub struct Arguments {
     /// The models, from `flexure identify -o`, and last the record.
     #[arg(value_name = "FILE", required = true, num_args = 2..)]
     files: Vec<PathBuf>,
+    /// The inputs' column, where it is not called as the models'; A,B for models of several inputs.
+    #[arg(long, value_name = "COLUMN")]
+    input: Option<String>,
+    /// The measured output's column, where it is not called as the models'.
+    #[arg(long, value_name = "COLUMN")]
+    output: Option<String>,
     /// Leave the first N samples out of the comparison; by default as many as the slowest model takes to settle, at most a tenth of
     /// the record.
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = arguments::count)]
@@ -63,7 +69,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let file = reading.read(record)?;
     let mut compared = Vec::with_capacity(models.len());
     for (name, model) in models {
-        let Connected { inputs, output } = Connected::of_model(&file, &model, None, None)?;
+        let (input, output) = (arguments.input.as_deref(), arguments.output.as_deref());
+        let Connected { inputs, output } = Connected::of_model(&file, &model, input, output)?;
         let used: Vec<&str> = inputs.iter().chain([&output]).map(String::as_str).collect();
         reading.same_sample_time(&file, model.sample_time, &used)?;
         compared.push(ComparedModel {

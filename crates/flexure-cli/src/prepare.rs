@@ -34,7 +34,7 @@ pub struct Arguments {
     /// Keep these columns and the time: A,B,...
     #[arg(long, help_heading = STEPS, value_name = "COLUMNS")]
     keep: Option<String>,
-    /// Keep the samples from A to B, in s of the record's time; either may be left out.
+    /// Keep the samples from A to B, both included, in s of the record's time; either may be left out.
     #[arg(long, help_heading = STEPS, value_name = "A:B", allow_hyphen_values = true, conflicts_with = "cut_samples", value_parser = time_range)]
     cut: Option<[Option<f64>; 2]>,
     /// Keep the samples from number A to the one before B, counted from 0; either may be left out.
@@ -210,9 +210,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             1 => "1 sample is".to_owned(),
             n => format!("{} samples are", grouped(n)),
         };
-        lines.push(format!(
-            "{samples} missing, written as NaN; --fill N interpolates gaps of at most N"
-        ));
+        let hint = match arguments.fill {
+            Some(_) => "",
+            None => "; --fill N interpolates gaps of at most N",
+        };
+        lines.push(format!("{samples} missing, written as NaN{hint}"));
     }
     print(&lines.join("\n"))
 }

@@ -36,8 +36,26 @@ fn every_row_is_what_validate_says_of_the_model() {
         "2 models on fresh.csv: 550 samples compared, the first 50 skipped"
     );
     assert!(lines[2].starts_with("  good.json    hammerstein"), "{text}");
+    assert!(
+        lines[2].ends_with("  holds") && lines[3].ends_with("  does not hold exactly"),
+        "{text}"
+    );
     assert!(lines[3].starts_with("  linear.json  linear"), "{text}");
     assert!(!text.contains('*'), "{text}");
+}
+
+#[test]
+fn a_record_may_call_its_columns_otherwise() {
+    let folder = folder();
+    let text = std::fs::read_to_string(folder.path("fresh.csv")).unwrap();
+    let renamed: Vec<String> = text.lines().map(str::to_owned).collect();
+    let header = renamed[0].replace('u', "force").replace('y', "speed");
+    folder.write("other.csv", [&[header][..], &renamed[1..]].concat().join("\n"));
+    let own = folder.json("compare linear.json good.json fresh.csv");
+    let other = folder.json("compare linear.json good.json other.csv --input force --output speed");
+    for row in 0..2 {
+        assert_eq!(own["models"][row]["rms"], other["models"][row]["rms"]);
+    }
 }
 
 #[test]

@@ -153,7 +153,8 @@ function drawStems(u, index, colourName, limit = Infinity) {
   const ratio = devicePixelRatio;
   const zero = u.valToPos(0, "y", true);
   const { min, max } = u.scales.x;
-  const available = u.bbox.width / ratio / Math.max(1, max - min);
+  const shown = u.data[0].filter((x) => x >= min && x <= max).length;
+  const available = u.bbox.width / ratio / Math.max(1, shown - 1);
   ctx.save();
   ctx.beginPath();
   ctx.rect(u.bbox.left - 4 * ratio, u.bbox.top, u.bbox.width + 8 * ratio, u.bbox.height);

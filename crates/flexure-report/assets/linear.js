@@ -4,8 +4,8 @@ function plotImpulse(linear, k) {
   const host = byId(`plot-impulse-${k}`);
   if (!host) return;
   const count = Math.max(linear.impulse.length, linear.impulse_estimate.length);
-  const lags = Array.from({ length: count }, (_, k) => k);
-  const padded = (list) => lags.map((k) => list[k] ?? null);
+  const { at, x } = responseTimes(linear, count, "time since the impulse");
+  const padded = (list) => at.map((_, k) => list[k] ?? null);
   const limited = linear.impulse_estimate.length > 0 && linear.impulse_limit > 0;
   const limits = limited ? noiseLimits("noise limits", linear.impulse_limit, count) : { series: [], data: [], bands: [] };
   const series = [...limits.series];
@@ -17,8 +17,8 @@ function plotImpulse(linear, k) {
     data.push(padded(linear.impulse));
   }
   chart(host, {
-    at: lags,
-    x: { label: "lag (samples)", range: () => widened([0, Math.max(count - 1, 1)], 0.02), step: WHOLE_STEPS },
+    at,
+    x,
     y: { label: `response${responseUnit(linear)}`, range: () => widened(extent(...data, [0])) },
     series,
     data,
@@ -28,6 +28,14 @@ function plotImpulse(linear, k) {
       if (stems) drawStems(u, stems, "--measured");
     },
   });
+}
+
+/** The instants of a response, in s where the sample time is known, and their axis. */
+function responseTimes(linear, count, name) {
+  const step = linear.sample_time;
+  const at = Array.from({ length: count }, (_, k) => k * (step ?? 1));
+  const range = () => widened([0, at.at(-1) || (step ?? 1)], 0.02);
+  return { at, x: step ? { label: `${name} (s)`, range } : { label: `${name} (samples)`, range, step: WHOLE_STEPS } };
 }
 
 /** The unit of a block's responses, behind a name. */
@@ -47,11 +55,11 @@ function plotStep(linear, k) {
   const impulse = linear.impulse.length ? linear.impulse : linear.impulse_estimate;
   let sum = 0;
   const step = impulse.map((v) => (sum += v ?? 0));
-  const at = step.map((_, i) => i);
+  const { at, x } = responseTimes(linear, step.length, "time since the step");
   const gain = staticGain(linear);
   chart(host, {
     at,
-    x: { label: "time since the step (samples)", range: () => widened([0, Math.max(at.length - 1, 1)], 0.02), step: WHOLE_STEPS },
+    x,
     y: { label: `response${responseUnit(linear)}`, range: () => widened(extent(step, [0, gain ?? 0])) },
     series: [line("step response", "--model", { width: 2, points: at.length <= 120 })],
     data: [step],

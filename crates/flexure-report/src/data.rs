@@ -219,6 +219,9 @@ pub struct LinearPart {
     pub b: Vec<f64>,
     /// Denominator in z^-1.
     pub a: Vec<f64>,
+    /// The time between two samples, s, if it is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sample_time: Option<f64>,
     /// Impulse response of the fitted transfer function, one value a sample.
     pub impulse: Vec<f64>,
     /// The unit of the impulse and the step response: what leaves the block per unit of what enters it; may be empty.

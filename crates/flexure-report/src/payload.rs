@@ -164,6 +164,7 @@ fn linear(l: &LinearPart) -> LinearPart {
         text: l.text.clone(),
         b: l.b.clone(),
         a: l.a.clone(),
+        sample_time: l.sample_time,
         impulse: rounded(&l.impulse),
         response_unit: l.response_unit.clone(),
         impulse_estimate: rounded(&l.impulse_estimate),

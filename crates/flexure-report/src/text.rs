@@ -49,6 +49,8 @@ struct TestRow<'a> {
 
 #[derive(Serialize)]
 pub(crate) struct ChoiceText<'a> {
+    /// Its place among all choices, which names its plot.
+    index: usize,
     name: &'a str,
     value: &'a str,
     why: &'a str,
@@ -232,13 +234,14 @@ fn row(test: &Test) -> TestRow<'_> {
 
 /// What was chosen, and which choices have a curve among `scores`.
 pub(crate) fn choices<'a>(choices: &'a [Choice], scores: &[Option<ScoreCurve>]) -> Vec<ChoiceText<'a>> {
-    let chosen = |(choice, score): (&'a Choice, &Option<ScoreCurve>)| ChoiceText {
+    let chosen = |(index, (choice, score)): (usize, (&'a Choice, &Option<ScoreCurve>))| ChoiceText {
+        index,
         name: &choice.name,
         value: &choice.value,
         why: &choice.why,
         curve: score.is_some(),
     };
-    choices.iter().zip(scores).map(chosen).collect()
+    choices.iter().zip(scores).enumerate().map(chosen).collect()
 }
 
 fn nonlinearity(page: &Page, points: bool) -> NonlinearityText<'_> {

@@ -1,7 +1,24 @@
 //! What the pages share: places along an axis, phases, curves with bands.
 
 use flexure::bands::Band;
-use flexure_report::data::Nonlinearity;
+use flexure_io::RecordFile;
+use flexure_report::data::{Axis, Nonlinearity};
+
+/// A clock that begins later than this, in s, counts from a date: a plot's labels would be long, and say nothing.
+const LATEST_START: f64 = 86_400.0;
+
+/// The instants of a record's samples from the one of index `first` on, as the record's own clock has them; their indices where there is no
+/// sample time.
+pub fn time_axis(file: &RecordFile, sample_time: Option<f64>, first: usize) -> Axis {
+    let mut axis = Axis::of_samples(sample_time, first);
+    if let (Some(_), Ok(Some((name, unit)))) = (sample_time, file.instants(None, &[]))
+        && let Some(start) = file.record.column(name).ok().and_then(|instants| instants.first())
+        && (start * unit).abs() < LATEST_START
+    {
+        axis.start += start * unit;
+    }
+    axis
+}
 
 /// The least and the greatest value; infinite, in the wrong order, without values.
 pub fn extent(values: impl IntoIterator<Item = f64>) -> [f64; 2] {

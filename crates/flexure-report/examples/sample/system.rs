@@ -119,6 +119,7 @@ pub fn linear_part(u: &[f64], y: &[f64]) -> LinearPart {
         text: String::new(),
         b: B.to_vec(),
         a: A.to_vec(),
+        sample_time: Some(SAMPLE_TIME),
         impulse_estimate: (0..45).map(|lag| correlation(y, u, lag) * scale).collect(),
         response_unit: "rad/s per N m".into(),
         impulse_limit: 2.576 / (u.len() as f64).sqrt() * scale,

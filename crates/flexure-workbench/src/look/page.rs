@@ -3,10 +3,11 @@
 use anyhow::{Context as _, Result};
 use flexure::look::{Dependence, Direction, Kind};
 use flexure::text::{p_value, percent};
-use flexure_report::data::{Axis, Fact, LagPlot, LookPage, NextCommand, Signal, SpectrumPlot, Table};
+use flexure_report::data::{Fact, LagPlot, LookPage, NextCommand, Signal, SpectrumPlot, Table};
 
 use super::text::plain;
 use super::{Inspection, MOST_POWER};
+use crate::plots::time_axis;
 
 /// Correlations that are drawn.
 const DRAWN: usize = 6;
@@ -42,7 +43,7 @@ impl Inspection<'_> {
             notes: texts(false),
             columns: self.column_table(),
             record: signals.iter().map(|&i| self.signal(i)).collect(),
-            time: Axis::of_samples(self.sample_time, 0),
+            time: time_axis(self.file, self.sample_time, 0),
             dependences: self.dependence_table(),
             correlations: dependences.iter().take(DRAWN).map(|d| self.lag_plot(d)).collect(),
             spectra: signals.iter().filter_map(|&i| self.spectrum(i)).collect(),

@@ -3,13 +3,14 @@
 use anyhow::{Context as _, Result};
 use flexure::text::number;
 use flexure_io::{ModelFile, RecordFile};
-use flexure_report::data::{Axis, Comparison, ComparisonPage, Prediction, Table};
+use flexure_report::data::{Comparison, ComparisonPage, Prediction, Table};
 use serde_json::{Value, json};
 
 use super::columns::SystemColumns;
 use super::validation::{Judged, Judging, usual_skip};
 use crate::labels::Labels;
 use crate::lines::{Lines, Tone};
+use crate::plots::time_axis;
 
 /// The mark behind a model that has seen the record.
 const SEEN: &str = " *";
@@ -98,7 +99,7 @@ impl Compared {
     }
 
     fn columns() -> [&'static str; 6] {
-        ["model", "structure", "order", "fit", "RMS error", "holds"]
+        ["model", "structure", "order", "fit", "RMS error", "verdict"]
     }
 
     /// What `flexure compare` prints.
@@ -160,14 +161,13 @@ impl Outcome {
     fn row(&self) -> [String; 6] {
         let ComparedModel { name, model, .. } = &self.compared;
         let mark = if self.judged.seen { SEEN } else { "" };
-        let holds = if self.judged.verdict.holds() { "yes" } else { "no" };
         [
             format!("{name}{mark}"),
             model.structure.clone(),
             model.order.to_string(),
             format!("{:.2} %", self.fit()),
             number(self.judged.verdict.measures.rms),
-            holds.to_owned(),
+            self.judged.verdict.in_short().to_owned(),
         ]
     }
 
@@ -191,7 +191,7 @@ impl Outcome {
             heading: name.clone(),
             prediction: Prediction {
                 y_label: Labels::new(file).of(output),
-                time: Axis::of_samples(model.sample_time, skip),
+                time: time_axis(file, model.sample_time, skip),
                 measured: file.column(output)?[skip..].to_vec(),
                 predicted: self.judged.free.output[skip..].to_vec(),
                 fit_percent: measures.fit_percent,

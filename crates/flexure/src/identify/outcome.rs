@@ -25,8 +25,11 @@ pub enum Warning {
     },
     /// The input takes few values.
     #[error(
-        "the input has only {levels} levels: the nonlinearity is known at those and drawn straight between them{}",
-        if *.levels == 2 { "; with two, it cannot be distinguished from a straight line" } else { "" }
+        "the input has only {levels} levels: a nonlinearity at the input {}",
+        match levels {
+            2 => "cannot be told from a straight line",
+            _ => "is known at those alone, and drawn straight between them",
+        }
     )]
     FewLevels {
         /// The number of distinct values.

@@ -260,6 +260,7 @@ fn linear_part(title: &str, system: &TransferFunction, shown: Option<usize>, sam
         title: title.to_owned(),
         b: system.b().to_vec(),
         a: system.a().to_vec(),
+        sample_time,
         impulse: system.impulse_response(shown.max(SHORTEST_IMPULSE + delay)),
         frequency: shares().map(|s| highest * s).collect(),
         frequency_unit: frequency_unit.to_owned(),

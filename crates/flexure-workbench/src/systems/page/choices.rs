@@ -2,7 +2,7 @@
 
 use flexure::identify::Identification;
 use flexure::identify::result::{Place, Score, Shown, StaticBlock, Value, Values};
-use flexure::text::{number, short};
+use flexure::text::{counted, decimal, number, short};
 use flexure_report::data::{Choice, Fact, ScoreCurve, Table};
 
 use crate::systems::task::Identified;
@@ -16,7 +16,7 @@ const SCORES: [&str; 4] = ["samples", "relative_error", "bic", "score"];
 pub(super) fn facts(identified: &Identified) -> Vec<Fact> {
     let result = &identified.result;
     let mut facts = fit_facts(identified);
-    facts.extend(linear_facts(result));
+    facts.extend(linear_facts(identified));
     let curves: Vec<&StaticBlock> = result.paths.iter().flat_map(|p| p.curves()).collect();
     let pieces: Vec<usize> = curves.iter().map(|c| c.pieces()).collect();
     if pieces.iter().any(|p| *p > 0) {
@@ -61,12 +61,20 @@ fn fit_facts(identified: &Identified) -> Vec<Fact> {
 }
 
 /// Poles and delay of the linear parts.
-fn linear_facts(result: &Identification) -> Vec<Fact> {
+fn linear_facts(identified: &Identified) -> Vec<Fact> {
+    let result = &identified.result;
     let delays: Vec<usize> = result.paths.iter().map(|p| p.delay()).collect();
-    let delay = match (result.is_sum, result.delay) {
-        (true, _) => Fact::new("Delays", joined(&delays), "of the branches, samples"),
-        (false, 1) => Fact::new("Delay", "1 sample", "of all blocks together"),
-        (false, delay) => Fact::new("Delay", format!("{delay} samples"), "of all blocks together"),
+    let delay = match result.is_sum {
+        true => Fact::new("Delays", joined(&delays), "of the branches, samples"),
+        false => {
+            let seconds = identified.sample_time.map(|step| result.delay as f64 * step);
+            let note = seconds.map_or(String::new(), |seconds| format!("{} s, ", decimal(seconds)));
+            Fact::new(
+                "Delay",
+                counted(result.delay, "sample"),
+                format!("{note}of all blocks together"),
+            )
+        }
     };
     let linear = result.paths.iter().flat_map(|p| p.linear());
     let orders: Vec<usize> = match result.is_sum {

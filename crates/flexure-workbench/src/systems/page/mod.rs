@@ -15,6 +15,7 @@ use super::periods::Periodic;
 use super::summary::is_fundamental;
 use super::task::Identified;
 use crate::labels::Labels;
+use crate::plots::time_axis;
 pub use choices::score_curve;
 
 /// What the caller knows beyond the record and the result.
@@ -90,13 +91,13 @@ impl Identified {
             curves: drawn.curves,
             approximation: self.periodic.as_ref().map(Periodic::section),
             linear: drawn.linear,
-            prediction: prediction(self, y),
+            prediction: prediction(self, file, y),
             residuals: residuals(&result.verdict),
             choices: choices::choices(result),
             candidates: drawn.tables.into_iter().chain(choices::tried(result)).collect(),
             warnings: below.into_iter().map(ToString::to_string).collect(),
             arm: decoration.arm,
-            time: Axis::of_samples(self.sample_time, 0),
+            time: time_axis(file, self.sample_time, 0),
             command: decoration.command,
             python: decoration.python,
         };
@@ -138,11 +139,11 @@ fn signal(labels: &Labels, column: &str, values: &[f64]) -> Signal {
 }
 
 /// Measured against predicted on the fresh part.
-fn prediction(identified: &Identified, y: &[f64]) -> Prediction {
+fn prediction(identified: &Identified, file: &RecordFile, y: &[f64]) -> Prediction {
     let result = &identified.result;
     Prediction {
         y_label: identified.labels.of(&result.output),
-        time: Axis::of_samples(identified.sample_time, result.fitted),
+        time: time_axis(file, identified.sample_time, result.fitted),
         measured: y[result.fitted..].to_vec(),
         predicted: result.predicted[result.fitted..].to_vec(),
         fit_percent: result.verdict.measures.fit_percent,

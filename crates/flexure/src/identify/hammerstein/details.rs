@@ -33,10 +33,9 @@ pub(super) fn of_order(order: &ChosenOrder, given: bool, error: &str) -> Vec<Det
         chosen: order.order as f64,
     });
     let values = Values::new([("order", orders.into()), ("bic", scores.into())]);
-    let text = format!("l = {}", order.order);
     vec![
         Detail::new("order_scores", values)
-            .shown(Place::Choice, "Order", text, given_or(given, &why))
+            .shown(Place::Choice, "Order", order.order.to_string(), given_or(given, &why))
             .scored(curve),
         Detail::new("hankel_singular_values", order.hankel_singular_values.as_slice()),
     ]
