@@ -12,7 +12,7 @@
 
 mod arm;
 
-use crate::text::{counted, decimal, exact, list, short};
+use crate::text::{counted, decimal, exact, list, number, short};
 
 pub use arm::ArmError;
 
@@ -289,9 +289,11 @@ pub enum DataError {
     },
     /// A joint of an arm with flexible joints shows no deflection.
     #[error(
-        "no flexibility is seen at joint {joint}: of the difference between motor and link the torque explains {deflection:.2e} rad \
-         (root mean square), less than three times the encoders' noise of {noise:.2e} rad, which determines no stiffness curve; load it more, measure finer, or lock this joint and identify the \
-         other one by itself"
+        "no flexibility is seen at joint {joint}: of the difference between motor and link the torque explains {} rad \
+         (root mean square), less than three times the encoders' noise of {} rad, which determines no stiffness curve; load it more, measure finer, or lock this joint and identify the \
+         other one by itself",
+        number(*.deflection),
+        number(*.noise)
     )]
     RigidJointInArm {
         /// 1, the shoulder, or 2, the elbow.

@@ -57,6 +57,14 @@ struct List<'a> {
     findings: Vec<Finding>,
 }
 
+/// What follows a list that shows so many of all.
+fn more(all: usize, shown: usize) -> String {
+    match all > shown {
+        true => format!(" and {} more", all - shown),
+        false => String::new(),
+    }
+}
+
 impl List<'_> {
     fn note(&mut self, text: String) {
         self.findings.push(Finding { text, warning: false });
@@ -73,11 +81,11 @@ impl List<'_> {
             None => sample.to_string(),
         };
         let listed: Vec<String> = samples.iter().take(LISTED).map(place).collect();
-        let more = if samples.len() > LISTED { ", ..." } else { "" };
         format!(
-            "{} {}{more}",
+            "{} {}{}",
             if samples.len() == 1 { "sample" } else { "samples" },
-            listed.join(", ")
+            listed.join(", "),
+            more(samples.len(), LISTED)
         )
     }
 
@@ -148,11 +156,11 @@ impl List<'_> {
         }
         if let Some(levels) = &column.levels {
             let listed: Vec<String> = levels.iter().take(2 * LISTED).map(|&v| short(v)).collect();
-            let more = if levels.len() > 2 * LISTED { ", ..." } else { "" };
             self.note(format!(
-                "'{name}' has {} levels: {}{more}.",
+                "'{name}' has {} levels: {}{}.",
                 levels.len(),
-                listed.join(", ")
+                listed.join(", "),
+                more(levels.len(), 2 * LISTED)
             ));
         }
         if let Some(q) = column.quantisation.filter(|q| q.steps <= FINE) {

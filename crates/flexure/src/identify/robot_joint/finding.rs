@@ -259,8 +259,10 @@ fn milliseconds(time: f64) -> String {
 fn write_no_flexibility(f: &mut fmt::Formatter<'_>, deflection: f64, noise: f64, stiffness: f64) -> fmt::Result {
     write!(
         f,
-        "no flexibility is seen: of the difference between motor and link the torque explains {deflection:.2e} (root mean square), \
-         less than three times the encoders' noise of {noise:.2e}, which determines no stiffness curve"
+        "no flexibility is seen: of the difference between motor and link the torque explains {} (root mean square), \
+         less than three times the encoders' noise of {}, which determines no stiffness curve",
+        number(deflection),
+        number(noise)
     )?;
     if stiffness.is_finite() {
         write!(f, " (a spring would have about {stiffness:.1e} N m/rad)")?;
