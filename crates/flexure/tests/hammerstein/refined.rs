@@ -222,6 +222,30 @@ fn missing_samples_are_skipped() {
     assert!(result.predicted.iter().all(|p| p.is_finite()) && result.verdict.holds());
 }
 
+/// Coloured noise is whitened also where samples miss.
+#[test]
+fn missing_samples_cost_little_in_coloured_noise() {
+    let [linear, _] = known_linear_parts();
+    let phi = |u: f64| u.signum() * (u.abs() - 0.5).max(0.0);
+    let method = RefinedHammerstein {
+        missing: true,
+        ..Default::default()
+    };
+    let colour = TransferFunction::new(vec![0.1], vec![1.0, -0.8]).unwrap();
+    let (mut with_all, mut with_few) = (0.0, 0.0);
+    for seed in 0..6 {
+        let clean = hammerstein(phi, &linear, 4000, 0.0, 20 + seed);
+        let noise = colour.simulate(&uniform(30 + seed, 4000, 1.0));
+        let u = || clean.column("u").unwrap().to_vec();
+        let y: Vec<f64> = clean.column("y").unwrap().iter().zip(noise).map(|(y, e)| y + e).collect();
+        let draws = uniform(40 + seed, 4000, 1.0);
+        let holes = y.iter().zip(draws).map(|(y, draw)| if draw > 0.8 { f64::NAN } else { *y });
+        with_few += error(phi, &method.identify(&record(u(), holes.collect()), "u", "y").unwrap()) / 6.0;
+        with_all += error(phi, &refined(&record(u(), y))) / 6.0;
+    }
+    assert!(with_few < 1.4 * with_all, "{with_few} {with_all}");
+}
+
 #[test]
 fn experiments_have_initial_states_of_their_own() {
     let [linear, _] = known_linear_parts();

@@ -78,7 +78,7 @@ pub struct RefinedHammerstein {
     pub start: EstimatorName,
     /// Whether to whiten the output error by an autoregression; by default it is.
     pub noise_model: bool,
-    /// Whether NaN in the output are missing samples, which are else refused. The error is then not whitened.
+    /// Whether NaN in the output are missing samples, which are else refused.
     pub missing: bool,
     /// The form to fit to the nonlinearity and to test.
     pub form: Option<PhysicalForm>,

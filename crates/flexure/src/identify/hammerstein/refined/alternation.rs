@@ -141,7 +141,7 @@ impl Alternation<'_> {
             }
         }
         let blocks = best?.blocks;
-        let whitening = self.whitening(observed, &blocks.errors(observed));
+        let whitening = self.whitening(&blocks.errors(observed));
         let Descended { blocks, equations } = descend(blocks, observed, &whitening, LAST_STEPS);
         (self.w, self.linear) = (blocks.signal(observed.u), blocks.linear.clone());
         let NoisyValues { values, variance, .. } =
@@ -162,7 +162,7 @@ impl Alternation<'_> {
     fn pass(&mut self, observed: &mut Observed) -> Option<Descended> {
         let simulated = self.linear.filter(&observed.experiments, &self.w);
         observed.complete(&simulated, self.offset);
-        let whitening = self.whitening(observed, &observed.errors(&simulated, self.offset));
+        let whitening = self.whitening(&observed.errors(&simulated, self.offset));
         let chosen = match self.keeps_orders {
             true => None,
             false => (self.method).choose_linear_part(observed, &self.w, &whitening, self.linear.delay, self.memory),
@@ -171,7 +171,7 @@ impl Alternation<'_> {
             self.linear = chosen.linear.clone();
         }
         let errors = observed.errors(&self.linear.filter(&observed.experiments, &self.w), self.offset);
-        let whitening = self.whitening(observed, &errors);
+        let whitening = self.whitening(&errors);
         let noisy = self.memory_removed(observed, &whitening, &errors)?;
         let selection = select(
             self.cells,
@@ -204,12 +204,11 @@ impl Alternation<'_> {
         Some(descended)
     }
 
-    /// The polynomial that whitens the errors; 1 if they are not to be whitened. It would whiten across missing samples.
-    fn whitening(&self, observed: &Observed, errors: &[f64]) -> Vec<f64> {
-        if self.method.noise_model && observed.missing.is_empty() {
-            whitening(errors, SAMPLES_PER_COEFFICIENT)
-        } else {
-            vec![1.0]
+    /// The polynomial that whitens the errors; 1 if they are not to be whitened. The error of a missing sample counts as zero.
+    fn whitening(&self, errors: &[f64]) -> Vec<f64> {
+        match self.method.noise_model {
+            true => whitening(errors, SAMPLES_PER_COEFFICIENT),
+            false => vec![1.0],
         }
     }
 
