@@ -25,21 +25,22 @@ pub struct ModelOnRecord {
     /// The measured output's column, where it is not called as the model's.
     #[arg(long, value_name = "COLUMN")]
     pub output: Option<String>,
-    /// The state in which the record begins. The default is estimate, if the record has the output and enough samples, and if fewer
-    /// samples are skipped than the model takes to settle; otherwise steady.
+    /// The state in which the record begins: by default estimated from the first outputs where the record has enough of them, and where
+    /// fewer samples are skipped than the model takes to settle; otherwise at rest under the first input.
     #[arg(long, value_name = "INITIAL_STATE", value_parser = arguments::named::<Start>())]
     pub initial_state: Option<Start>,
     #[command(flatten)]
     reading: Reading,
 }
 
-/// An error of an output that is missing names the option that skips such samples, where there `is_option`.
+/// An error of an output that is missing names the option that skips such samples, where there `is_option`, or how to fill them in.
 pub fn with_missing(error: anyhow::Error, output: &str, is_option: bool) -> anyhow::Error {
     let is_missing = |cause: &flexure::Error| matches!(cause, flexure::Error::Data(DataError::NonFinite { column, value, .. }) if column == output && value.is_nan());
     match error.downcast_ref() {
-        Some(flexure_io::Error::Data { cause, .. }) if is_option && is_missing(cause) => {
-            anyhow!("{error}, or say --missing: samples without an output then do not count")
-        }
+        Some(flexure_io::Error::Data { cause, .. }) if is_missing(cause) => match is_option {
+            true => anyhow!("{error}, or say --missing: samples without an output then do not count"),
+            false => anyhow!("{error}; flexure prepare --fill N -o FILE interpolates gaps of at most N samples"),
+        },
         _ => error,
     }
 }

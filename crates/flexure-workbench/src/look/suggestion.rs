@@ -335,7 +335,7 @@ impl<'a> Order<'a> {
 fn why(output: &str, is_ordered: bool, is_named: bool) -> String {
     match (is_ordered, is_named) {
         (_, true) => "You named a column; the data show what it belongs to.".to_owned(),
-        (true, _) => format!("'{output}' follows, and does not lead."),
+        (true, _) => format!("'{output}' follows other columns and leads none: it is taken as the output."),
         (false, _) => {
             "The lags do not tell which column is the cause: the order of the columns was taken. Turn the names round if it is wrong."
                 .to_owned()
@@ -423,17 +423,14 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
         options.extend(["--structure", "auto"]);
         why.push_str(" The structure is chosen by the data.");
     }
+    if !output.outliers.is_empty() {
+        options.push("--robust");
+        why.push_str(" The output has outliers, which --robust leaves out of the fit.");
+    }
     let step = request.sample_time.map(|step| step.to_string());
     options.extend(step.iter().flat_map(|step| ["--sample-time", step.as_str()]));
     options.extend(["-o", "model.json", "--report", "report.html"]);
     let mut suggestion = Suggestion::new("identify", &options, why);
-    if !output.outliers.is_empty() {
-        let text = format!(
-            "flexure prepare, --outliers {}, makes the output's outliers missing samples.",
-            output.name
-        );
-        suggestion.notes.push(text);
-    }
     if !signals.others.is_empty() {
         let others: Vec<String> = signals.others.iter().map(|i| format!("'{}'", name(i))).collect();
         let are = if others.len() == 1 { "an output" } else { "outputs" };

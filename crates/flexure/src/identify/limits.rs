@@ -19,8 +19,8 @@ pub(super) const CONSTANT: f64 = 1e-12;
 pub(super) const MOST_OUTSIDE: f64 = 1.0;
 /// A model that explains this share of the output's variance may leave an error that is not white. Convention.
 pub(super) const NEARLY_ALL: f64 = 0.9;
-/// A refuted model that explains this share of the output's variance does not hold "exactly". Convention.
-pub(super) const MOSTLY: f64 = 0.5;
+/// A refuted model that explains this share of the output's variance, a fit of 90 %, does not hold "exactly". Convention.
+pub(super) const MOSTLY: f64 = 0.99;
 /// A misfit of less than this share of the output's standard deviation does not matter, however surely it is there. Convention: it is
 /// a tenth of a line's width in a plot of the output.
 pub(super) const NEGLIGIBLE_MISFIT: f64 = 0.01;

@@ -160,7 +160,7 @@ fn outliers(samples: &[usize], left_out: bool) -> String {
             at.join(", ")
         ),
         false => format!(
-            "the output has {count} {what}, far from the model and from the samples beside ({samples} {}): the option robust leaves \
+            "the output has {count} {what}, far from the model and from the samples beside ({samples} {}): the option robust (--robust) leaves \
              them out of the fit",
             at.join(", ")
         ),

@@ -237,9 +237,18 @@ fn missing_samples_cost_little_in_coloured_noise() {
         let clean = hammerstein(phi, &linear, 4000, 0.0, 20 + seed);
         let noise = colour.simulate(&uniform(30 + seed, 4000, 1.0));
         let u = || clean.column("u").unwrap().to_vec();
-        let y: Vec<f64> = clean.column("y").unwrap().iter().zip(noise).map(|(y, e)| y + e).collect();
+        let y: Vec<f64> = clean
+            .column("y")
+            .unwrap()
+            .iter()
+            .zip(noise)
+            .map(|(y, e)| y + e)
+            .collect();
         let draws = uniform(40 + seed, 4000, 1.0);
-        let holes = y.iter().zip(draws).map(|(y, draw)| if draw > 0.8 { f64::NAN } else { *y });
+        let holes = y
+            .iter()
+            .zip(draws)
+            .map(|(y, draw)| if draw > 0.8 { f64::NAN } else { *y });
         with_few += error(phi, &method.identify(&record(u(), holes.collect()), "u", "y").unwrap()) / 6.0;
         with_all += error(phi, &refined(&record(u(), y))) / 6.0;
     }

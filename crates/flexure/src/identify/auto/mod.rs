@@ -29,6 +29,7 @@ mod judge;
 mod limits;
 mod reasons;
 mod remainder;
+mod simpler;
 mod symptoms;
 #[cfg(test)]
 mod tests;
@@ -85,31 +86,44 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     let options = Options::with_fresh_share(request.options.fresh_share);
     let request = Request::new(request.records, request.inputs, request.output, options);
     let mut fitted: Vec<Identification> = Vec::new();
-    let mut not_fitted = NotFitted::default();
+    let mut others = Others::default();
     for structure in compared_structures(request.inputs.len()) {
         let judged: Vec<Judged<'_>> = judged(&samples, &fitted);
         let least = judged.iter().map(Judged::error).fold(f64::INFINITY, f64::min);
         if judged.iter().any(|j| j.suffices(structure, least)) {
-            not_fitted.superfluous.push(structure.name.title);
+            others.superfluous.push(structure.name.title);
             continue;
         }
         let stage = &mut |stage: &str| progress(&format!("{}, {stage}", structure.name));
         match structure.identify_with(&request, stage) {
             Err(Error::Data(DataError::TooShort { .. })) if !fitted.is_empty() => {
-                not_fitted.too_few_samples.push(structure.name.title);
+                others.too_few_samples.push(structure.name.title);
             }
-            identified => fitted.push(identified?),
+            identified => {
+                let found = simpler::simpler(identified?);
+                let same = fitted.iter_mut().find(|other| other.structure == found.structure);
+                if found.structure != structure.name {
+                    others.no_more.push((structure.name.title, found.structure.title));
+                }
+                match same {
+                    None => fitted.push(found),
+                    Some(other) if found.verdict.measures.rms < other.verdict.measures.rms => *other = found,
+                    Some(_) => {}
+                }
+            }
         }
     }
-    Ok(compared(&samples, fitted, &not_fitted))
+    Ok(compared(&samples, fitted, &others))
 }
 
-/// The titles of structures that were not fitted.
+/// The titles of structures that are not among the candidates.
 #[derive(Default)]
-struct NotFitted {
+struct Others {
     /// A simpler one holds.
     superfluous: Vec<&'static str>,
     too_few_samples: Vec<&'static str>,
+    /// Those that came out as a simpler one, and that.
+    no_more: Vec<(&'static str, &'static str)>,
 }
 
 /// The number of blocks of a structure.
@@ -125,7 +139,7 @@ fn judged<'a>(samples: &Samples<'_>, fitted: &'a [Identification]) -> Vec<Judged
 }
 
 /// The comparison of what was fitted.
-fn compared(samples: &Samples<'_>, mut fitted: Vec<Identification>, not_fitted: &NotFitted) -> Identification {
+fn compared(samples: &Samples<'_>, mut fitted: Vec<Identification>, others: &Others) -> Identification {
     let u: Vec<&[f64]> = samples.u.iter().map(|u| &u[samples.fitted..]).collect();
     let judged = judged(samples, &fitted);
     let judgement = judge(&judged, &u);
@@ -148,7 +162,7 @@ fn compared(samples: &Samples<'_>, mut fitted: Vec<Identification>, not_fitted: 
         as_good: judgement.ties.iter().map(|i| candidates[*i].structure).collect(),
         not_noise: judgement.not_noise,
         looks_like: judgement.looks_like.clone(),
-        reasons: reasons::reasons(&candidates, &judgement, not_fitted),
+        reasons: reasons::reasons(&candidates, &judgement, others),
         candidates,
     };
     Identification {

@@ -1,17 +1,13 @@
 //! The reasons in sentences.
 
-use super::NotFitted;
+use super::Others;
 use super::comparison::{Refutation, StructureCandidate};
 use super::judge::Judgement;
 use super::symptoms::Symptom;
 use crate::text::{capitalised, counted, percent};
 
 /// What is supported and why, then what refutes each candidate, then what was not fitted.
-pub(super) fn reasons(
-    candidates: &[StructureCandidate],
-    judgement: &Judgement<'_>,
-    not_fitted: &NotFitted,
-) -> Vec<String> {
+pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement<'_>, others: &Others) -> Vec<String> {
     let chosen = &candidates[judgement.chosen];
     let name = chosen.structure;
     let verdict = judgement.verdict;
@@ -53,9 +49,14 @@ pub(super) fn reasons(
         .filter(|c| !(judgement.supported && c.structure == name))
         .filter_map(|c| Some((c, strongest(c)?)));
     all.extend(refuted.map(|(c, by)| format!("{} is refuted by {by}.", capitalised(c.structure.title))));
+    for (more, name) in &others.no_more {
+        all.push(format!(
+            "{more} came out as {name}: one of its linear parts is a mere delay."
+        ));
+    }
     for (titles, why) in [
-        (&not_fitted.superfluous, "a simpler structure holds"),
-        (&not_fitted.too_few_samples, "the samples are too few"),
+        (&others.superfluous, "a simpler structure holds"),
+        (&others.too_few_samples, "the samples are too few"),
     ] {
         if !titles.is_empty() {
             all.push(format!("Not fitted, as {why}: {}.", titles.join(", ")));

@@ -10,7 +10,7 @@ use rand_pcg::Pcg64;
 use super::judge::{Judged, judge};
 use super::*;
 use crate::Error;
-use crate::identify::Verdict;
+use crate::identify::{Verdict, WIENER_HAMMERSTEIN};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::variance;
 use crate::record::Record;
@@ -349,4 +349,35 @@ fn a_few_wild_samples_decide_nothing_and_what_the_input_explains_does() {
     assert!(!supported && not_noise < 0.1, "{not_noise}");
     let (_, _, supported, not_noise) = judged_with(&[(name("linear"), missed(1.0))], &u);
     assert!(!supported && (not_noise - 2.0 / 3.0).abs() < 0.08, "{not_noise}");
+}
+
+/// A Wiener-Hammerstein fit of a simpler system, one of whose linear parts is a mere delay.
+#[test]
+fn a_linear_part_that_is_a_mere_delay_is_none() {
+    let u = gaussian(3000, 9);
+    let slow = filtered(&[0.3], &[1.0, -0.95], &u);
+    let late: Vec<f64> = std::iter::repeat_n(0.0, 4)
+        .chain(slow.iter().copied())
+        .take(3000)
+        .collect();
+    let last = |z: &[f64]| filtered(&[1.0, 0.5], &[1.0, -0.7], z);
+    let hammerstein = WIENER_HAMMERSTEIN
+        .identify(&record(slow.clone(), &last(&bent(&late))), &["u"], "y")
+        .unwrap();
+    let mut wiener = hammerstein.clone();
+    wiener.paths[0].blocks.reverse();
+    wiener.model = wiener.paths[0].model(wiener.output_offset);
+    for (key, fitted) in [("hammerstein", hammerstein), ("wiener", wiener)] {
+        let found = simpler::simpler(fitted.clone());
+        assert_eq!((found.structure, found.delay), (name(key), 4), "{key}");
+        assert_eq!(found.paths[0].delay(), 4);
+        let [one, other] = [&fitted, &found].map(|i| i.model.run(&[&slow]));
+        let mut settled = one.iter().zip(&other).skip(100);
+        assert!(settled.all(|(a, b)| (a - b).abs() < 1e-9), "{key}");
+    }
+    // Two linear parts with memory stay.
+    let fitted = WIENER_HAMMERSTEIN
+        .identify(&of(WIENER_HAMMERSTEIN.name), &["u"], "y")
+        .unwrap();
+    assert_eq!(simpler::simpler(fitted.clone()), fitted);
 }
