@@ -39,7 +39,7 @@ pub fn with_missing(error: anyhow::Error, output: &str, is_option: bool) -> anyh
     match error.downcast_ref() {
         Some(flexure_io::Error::Data { cause, .. }) if is_missing(cause) => match is_option {
             true => anyhow!("{error}, or say --missing: samples without an output then do not count"),
-            false => anyhow!("{error}; flexure prepare --fill N -o FILE interpolates gaps of at most N samples"),
+            false => anyhow!("{error}, or interpolate gaps of at most N samples by flexure prepare --fill N -o FILE"),
         },
         _ => error,
     }

@@ -64,7 +64,9 @@ fn files_that_are_no_records() {
         folder.failed(&COMMANDS[2].replace("RECORD", name), message);
         let outcome = folder.run("predict model.json text.csv -o predicted.csv");
         assert_eq!(outcome.code, Some(0), "{outcome:?}");
-        let note = format!("note: {message}; the output is not used for the prediction's initial state or a fit\n");
+        let note = format!(
+            "note: {message}. It is only written beside the prediction: the state at the start is not estimated from it, and no fit is told\n"
+        );
         assert_eq!(outcome.stderr, note);
         assert!(folder.read("predicted.csv").starts_with("predicted\n"));
     }
@@ -130,7 +132,7 @@ fn samples_that_are_missing_or_not_finite() {
     folder.failed(&COMMANDS[2].replace("RECORD", "output.csv"), message);
     let outcome = folder.run("predict model.json output.csv -o predicted.csv");
     assert_eq!(outcome.code, Some(0), "{outcome:?}");
-    let note = "note: output.csv, line 3: column 'y' is inf at sample 1; remove or repair that sample; the output is not used for the prediction's initial state or a fit\n";
+    let note = "note: output.csv, line 3: column 'y' is inf at sample 1; remove or repair that sample. It is only written beside the prediction: the state at the start is not estimated from it, and no fit is told\n";
     assert_eq!(outcome.stderr, note);
     assert!(!outcome.stdout.contains("fit"), "{outcome:?}");
     assert!(
@@ -146,7 +148,10 @@ fn samples_that_are_missing_or_not_finite() {
         "identify gap.csv --input u --output y",
         &format!("{missing}, or say --missing: samples without an output then do not count"),
     );
-    folder.failed("identify gap.csv --input u --output y --structure wiener", missing);
+    folder.failed(
+        "identify gap.csv --input u --output y --structure wiener",
+        &format!("{missing}, or interpolate gaps of at most N samples by flexure prepare --fill N -o FILE"),
+    );
     folder.failed("predict model.json output.csv --horizon 2 -o new.csv", message);
 }
 
