@@ -77,7 +77,9 @@ impl Compared {
 
     /// What is compared on how many samples.
     fn heading(&self) -> String {
-        let most = self.samples - self.skip;
+        // Samples without an output do not count.
+        let counted = self.outcomes.iter().map(|o| o.judged.verdict.measures.samples);
+        let most = counted.max().unwrap_or(self.samples - self.skip);
         format!(
             "{} models on {}: {most} samples compared, the first {} skipped",
             self.outcomes.len(),

@@ -14,7 +14,7 @@ const NAMED_OUTLIERS: usize = 5;
 pub enum Warning {
     /// The input's samples depend on one another.
     #[error(
-        "the input is not white (its largest autocorrelation is {largest:.2} at lag {lag}), which the paper's algorithm \
+        "the input is not white (its largest autocorrelation is {largest:.2} at lag {lag}), which the plain method \
          assumes: the covariances were deconvolved and the other lags taken out of the regression, which is less exact"
     )]
     InputNotWhite {

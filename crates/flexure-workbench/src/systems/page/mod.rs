@@ -121,7 +121,10 @@ impl Identified {
         let result = &self.result;
         let model = format!("A {} model ({})", result.structure, result.description);
         match self.is_other_record {
-            true => format!("{model}, judged on {fresh} samples of {file}."),
+            true => format!(
+                "{model}, judged on {} samples of {file}.",
+                result.verdict.measures.samples
+            ),
             false => format!(
                 "{model} identified from {} samples of {file}; judged on the {fresh} that follow.",
                 result.fitted
