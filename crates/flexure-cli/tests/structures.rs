@@ -243,7 +243,7 @@ fn records_that_cannot_be_used_are_refused() {
     for structure in ["wiener-hammerstein", "hammerstein-wiener", "narx", "volterra"] {
         folder.failed(
             &format!("identify r.csv --input u --output y --structure {structure} -o new.json"),
-            "r.csv, line 13: column 'y' is NaN or missing at sample 11; remove or repair that sample",
+            "r.csv, line 13: column 'y' is NaN or missing at sample 11; remove or repair that sample, or interpolate gaps of at most N samples by flexure prepare --fill N -o FILE",
         );
     }
     folder.write("r.csv", format!("u,y\n{}", rows.replace("nan", "1.5")));

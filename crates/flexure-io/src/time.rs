@@ -1,5 +1,6 @@
 //! Which column of a record has the sample instants, and in what unit.
 
+use flexure::error::DataError;
 use flexure::record::SampleClock;
 
 use crate::error::{Error, Result};
@@ -123,7 +124,18 @@ impl RecordFile {
         let Some((name, seconds)) = self.instants(given, in_use)? else {
             return Ok(None);
         };
-        let SampleClock { step, jitter } = self.signal(name, flexure::Record::sample_clock)?;
+        // In s, like all times in messages.
+        let in_seconds = |error| match error {
+            flexure::Error::Data(DataError::NonUniformTime { sample, step, expected }) => DataError::NonUniformTime {
+                sample,
+                step: step * seconds,
+                expected: expected * seconds,
+            }
+            .into(),
+            error => error,
+        };
+        let clock = |record: &'_ flexure::Record, name: &str| record.sample_clock(name).map_err(in_seconds);
+        let SampleClock { step, jitter } = self.signal(name, clock)?;
         Ok(Some(TimeColumn {
             name: name.to_owned(),
             seconds,

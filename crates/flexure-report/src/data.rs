@@ -299,12 +299,24 @@ pub struct Test {
     pub limit: f64,
     /// Its p-value.
     pub p_value: f64,
-    /// Whether the hypothesis survived.
-    pub passed: bool,
-    /// Whether the model is refuted if it did not.
-    pub refutes: bool,
+    /// What it says of the model.
+    pub outcome: TestOutcome,
     /// The verdict for reading.
     pub text: String,
+}
+
+/// What a test says of a model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TestOutcome {
+    /// The test found nothing.
+    Passed,
+    /// It refutes the model.
+    Failed,
+    /// The error has a colour, which refutes no model.
+    Coloured,
+    /// It sees a misfit that is negligible.
+    Negligible,
 }
 
 /// Something that was chosen from data.

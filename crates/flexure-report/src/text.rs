@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 
-use crate::data::{ArmMotion, Choice, Fact, LinearPart, Page, Residuals, ScoreCurve, Table, Test, Verdict};
+use crate::data::{
+    ArmMotion, Choice, Fact, LinearPart, Page, Residuals, ScoreCurve, Table, Test, TestOutcome, Verdict,
+};
 use crate::diagram::{DiagramText, diagram};
 use crate::limits;
 use crate::payload::Payload;
@@ -42,8 +44,7 @@ struct TestRow<'a> {
     statistic: String,
     limit: String,
     p_value: String,
-    passed: bool,
-    refutes: bool,
+    outcome: TestOutcome,
     text: &'a str,
 }
 
@@ -226,8 +227,7 @@ fn row(test: &Test) -> TestRow<'_> {
         statistic: number(test.statistic, 4),
         limit: number(test.limit, 4),
         p_value: p_value(test.p_value),
-        passed: test.passed,
-        refutes: test.refutes,
+        outcome: test.outcome,
         text: &test.text,
     }
 }

@@ -190,7 +190,7 @@ pub enum DataError {
     },
     /// The time column's steps differ.
     #[error(
-        "the sample times are not uniform: the step to sample {sample} is {} s, but the typical step is {} s; resample the record to a uniform time",
+        "the sample times are not uniform: the step to sample {sample} is {} s, but the typical step is {} s; bring the record to uniform steps by flexure prepare --resample S",
         decimal(*.step), decimal(*.expected)
     )]
     NonUniformTime {

@@ -267,8 +267,10 @@ fn test(name: &str, statistic: f64, limit: f64, p_value: f64, passed: bool, text
         statistic,
         limit,
         p_value,
-        passed,
-        refutes: true,
+        outcome: match passed {
+            true => TestOutcome::Passed,
+            false => TestOutcome::Failed,
+        },
         text: text.into(),
     }
 }

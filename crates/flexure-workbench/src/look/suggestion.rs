@@ -9,6 +9,7 @@ use super::findings::Finding;
 use super::joint;
 use super::roles::{Role, role};
 use super::text::plain;
+use crate::text::quoted;
 
 /// Levels of an input at which no nonlinearity can be told from a straight line.
 const TWO: usize = 2;
@@ -18,8 +19,15 @@ const FEWEST: usize = 200;
 /// The coherent share from which a column that follows another one is an output, or lies between that and one. Convention.
 const BETWEEN: f64 = 0.2;
 
+/// Missing samples that a resampling interpolates of itself.
+const FILLED: usize = 3;
+
 /// The longest gap that is interpolated before an identification, in samples. Convention.
 const LONGEST_FILLED: usize = 10;
+
+/// The file of a preparation, and of one of that file.
+const PREPARED: &str = "prepared.csv";
+const PREPARED_AGAIN: &str = "prepared-2.csv";
 
 /// What comes after a preparation.
 const LOOK_AGAIN: &str = "Then look again: flexure look prepared.csv";
@@ -45,6 +53,15 @@ impl Suggestion {
             why,
             notes: Vec::new(),
         }
+    }
+
+    /// Writes what is prepared into another file than the one that is read.
+    fn into_another(mut self, file: &RecordFile) -> Self {
+        if file.name() == PREPARED {
+            let texts = self.options.iter_mut().chain(&mut self.notes);
+            texts.for_each(|text| *text = text.replace(PREPARED, PREPARED_AGAIN));
+        }
+        self
     }
 }
 
@@ -79,7 +96,7 @@ pub fn suggestion(
         (Some(clock), Some(step)) if !clock.is_uniform => even_spacing(look, file, clock, step, &held),
         _ => suggestion,
     });
-    (suggestion, None)
+    (suggestion.map(|suggestion| suggestion.into_another(file)), None)
 }
 
 /// The columns with samples far from their neighbours.
@@ -143,6 +160,14 @@ fn even_spacing(look: &Look, file: &RecordFile, clock: &Clock, sample_time: f64,
         options.extend(["--cut-samples", &part]);
     }
     let wild: Vec<&Column> = with_outliers(look).into_iter().filter(|c| are_wild(c, file)).collect();
+    // A lost sample leaves none on its two sides, at new instants, either.
+    let lost = clock
+        .gaps
+        .iter()
+        .map(|gap| gap.steps.ceil() as usize + 1)
+        .max()
+        .unwrap_or(0);
+    let fill = lost.to_string();
     let outliers = joined(&wild);
     if !outliers.is_empty() {
         options.extend(["--outliers", &outliers]);
@@ -154,6 +179,9 @@ fn even_spacing(look: &Look, file: &RecordFile, clock: &Clock, sample_time: f64,
     let held = held.join(",");
     if clock.jitter > Clock::UNIFORM || !cuts {
         options.extend(["--resample", &step]);
+        if lost > FILLED && !cuts {
+            options.extend(["--fill", &fill]);
+        }
         if !held.is_empty() {
             options.extend(["--hold", &held]);
         }
@@ -241,12 +269,13 @@ fn by_dependence(look: &Look, usable: &[usize], given: &[usize], output: Option<
     }
     let is_ordered = (order.dependences()).any(|d| d.effect == best && d.direction == Direction::Forward);
     let is_named = output.is_some() || !given.is_empty();
+    let names: Vec<&str> = inputs.iter().map(|i| look.columns[*i].name.as_str()).collect();
     let is_other = |i: usize| order.is_output(i, best) || (i != best && order.lies_between(i, best));
     Some(Signals {
         others: (usable.iter().copied())
             .filter(|&i| is_other(i) && !inputs.contains(&i))
             .collect(),
-        why: why(&look.columns[best].name, is_ordered, is_named),
+        why: why(&look.columns[best].name, &names, is_ordered, is_named),
         inputs,
         output: best,
     })
@@ -332,10 +361,13 @@ impl<'a> Order<'a> {
 }
 
 /// Why this column is the output: whether the lags show an order, and whether the user named a column.
-fn why(output: &str, is_ordered: bool, is_named: bool) -> String {
+fn why(output: &str, inputs: &[&str], is_ordered: bool, is_named: bool) -> String {
     match (is_ordered, is_named) {
         (_, true) => "You named a column; the data show what it belongs to.".to_owned(),
-        (true, _) => format!("'{output}' follows other columns and leads none: it is taken as the output."),
+        (true, _) => format!(
+            "'{output}' follows {} and leads none: it is taken as the output.",
+            quoted(inputs.iter().copied())
+        ),
         (false, _) => {
             "The lags do not tell which column is the cause: the order of the columns was taken. Turn the names round if it is wrong."
                 .to_owned()

@@ -3,7 +3,7 @@
 use anyhow::{Context as _, Result, bail};
 use flexure::Record;
 use flexure::preparation::{Between, Grid, LowPass, Outliers, Resampling, Trend, mean};
-use flexure::text::short;
+use flexure::text::{counted, short};
 use flexure_io::check_computed;
 
 use super::table::Table;
@@ -162,6 +162,8 @@ pub(super) fn resample(
         };
         column.samples = resampling.resample(&t, &column.samples, &grid)?;
     }
+    let is_filled = |w: &&[f64]| (1.5..=preparation.longest_gap as f64 + 1.5).contains(&((w[1] - w[0]) / old));
+    let filled = t.windows(2).filter(is_filled).count();
     table.instants = Some(grid.instants().collect());
     let mut text = format!(
         "{}, about {} s apart, are now {} every {} s",
@@ -175,6 +177,10 @@ pub(super) fn resample(
             "; what is faster than {} Hz is taken out first",
             short(Resampling::cutoff(&grid))
         ));
+    }
+    if filled > 0 {
+        let are = if filled == 1 { "is" } else { "are" };
+        text.push_str(&format!("; {} {are} interpolated", counted(filled, "gap")));
     }
     let held = table.columns.iter().map(|c| &*c.name);
     let held: Vec<&str> = held

@@ -108,7 +108,7 @@ impl Ahead {
         let why = match &model.noise_model {
             Some(_) if noise.len() > 1 => format!("by the noise model, an autoregression of order {}", noise.len() - 1),
             Some(_) => "the error was found white: the same as the free run".to_owned(),
-            None => "the model has no noise model: the same as the free run".to_owned(),
+            None => "the free run, as the model says nothing of its noise".to_owned(),
         };
         Ok(Ahead {
             output: predict_ahead(&run.output, measured, noise, horizon)?,

@@ -176,6 +176,11 @@ impl Judged {
             let p = p_value(test.p_value);
             match (test.passed(), test.kind.refutes()) {
                 (true, _) => lines.marked(Tone::Good, "passed", format!("{} ({p})", test.kind.name())),
+                (false, true) if verdict.holds() => lines.marked(
+                    Tone::Caution,
+                    "negligible",
+                    format!("{} ({p}): {}", test.kind.name(), test.finding()),
+                ),
                 (false, true) => lines.marked(
                     Tone::Bad,
                     "FAILED",

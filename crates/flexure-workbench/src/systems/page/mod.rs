@@ -8,7 +8,7 @@ use anyhow::{Context as _, Result};
 use flexure::Record;
 use flexure::text::capitalised;
 use flexure_io::RecordFile;
-use flexure_report::data::{ArmMotion, Axis, Page, Prediction, Residuals, Signal, Test, Verdict};
+use flexure_report::data::{ArmMotion, Axis, Page, Prediction, Residuals, Signal, Test, TestOutcome, Verdict};
 
 use super::comparison;
 use super::periods::Periodic;
@@ -164,15 +164,26 @@ fn residuals(verdict: &flexure::identify::Verdict) -> Residuals {
         cross_correlation: with_input,
         limit: tests.map_or(0.0, |t| t.correlations.limit),
         level: "99 %".to_owned(),
-        tests: tests.iter().flat_map(|t| &t.tests).map(test).collect(),
+        tests: tests
+            .iter()
+            .flat_map(|t| &t.tests)
+            .map(|t| test(t, verdict.holds()))
+            .collect(),
     }
 }
 
-fn test(t: &flexure::validation::ResidualTest) -> Test {
-    let text = match (t.passed(), t.kind.refutes()) {
-        (true, _) => "nothing found".to_owned(),
-        (false, true) => t.finding(),
-        (false, false) => format!(
+/// A test of a model that holds may see a misfit that is negligible.
+fn test(t: &flexure::validation::ResidualTest, holds: bool) -> Test {
+    let outcome = match (t.passed(), t.kind.refutes()) {
+        (true, _) => TestOutcome::Passed,
+        (false, true) if holds => TestOutcome::Negligible,
+        (false, true) => TestOutcome::Failed,
+        (false, false) => TestOutcome::Coloured,
+    };
+    let text = match outcome {
+        TestOutcome::Passed => "nothing found".to_owned(),
+        TestOutcome::Negligible | TestOutcome::Failed => t.finding(),
+        TestOutcome::Coloured => format!(
             "{}: the noise is coloured, which alone does not refute the model",
             t.finding()
         ),
@@ -183,8 +194,7 @@ fn test(t: &flexure::validation::ResidualTest) -> Test {
         statistic: t.statistic,
         limit: t.limit,
         p_value: t.p_value,
-        passed: t.passed(),
-        refutes: t.kind.refutes(),
+        outcome,
         text,
     }
 }

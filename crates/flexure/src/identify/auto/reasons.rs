@@ -73,9 +73,13 @@ fn strongest(c: &StructureCandidate) -> Option<String> {
     };
     let first = c.refuted_by.iter().max_by(|a, b| seen(a).total_cmp(&seen(b)))?;
     let others = c.refuted_by.len() - 1;
+    let test = match first {
+        Refutation::Comparison { .. } => "test",
+        Refutation::Test(_) => "more test",
+    };
     Some(match others {
         0 => first.to_string(),
-        _ => format!("{first}, and by {}", counted(others, "more test")),
+        _ => format!("{first}, and by {}", counted(others, test)),
     })
 }
 
