@@ -33,8 +33,11 @@ impl<'a> Judged<'a> {
         }
     }
 
-    /// The residual tests that reject the candidate.
+    /// The residual tests that reject the candidate; none where the misfit that they see is negligible.
     pub fn failed(&self) -> Vec<ResidualTest> {
+        if self.verdict.holds() {
+            return Vec::new();
+        }
         let tests = self.verdict.residuals.iter().flat_map(|r| &r.tests);
         tests.filter(|t| t.kind.refutes() && !t.passed()).copied().collect()
     }
@@ -139,7 +142,7 @@ pub(super) fn judge<'a>(candidates: &[Judged<'a>], inputs: &[&[f64]]) -> Judgeme
         })
         .collect();
     let c = &candidates[chosen];
-    let not_noise = if refuted_by[chosen].is_empty() {
+    let not_noise = if refuted_by[chosen].is_empty() && c.verdict.refutation().is_none() {
         0.0
     } else {
         let seen = c.verdict.refutation().map_or(0.0, ResidualTest::dependent_share);

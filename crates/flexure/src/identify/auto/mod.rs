@@ -8,7 +8,7 @@
 //!   comparisons) and larger by at least 2 %. The smallest error as such decides nothing: of two structures one of which contains
 //!   the other, either may happen to have it.
 //! - It is **refuted by a test** if one of the [residual tests](crate::validation::ResidualTests) rejects it (1 %, shared out among
-//!   the tests).
+//!   the tests), and the misfit that the test sees is not negligible.
 //! - **Chosen** is the simplest candidate that no comparison refutes. Hammerstein and Wiener are equally simple; where both are as
 //!   good, the result says so.
 //! - It is **supported** if its [verdict](super::Verdict::holds) is that it holds: no test refutes it, or the misfit that a test sees is
