@@ -153,6 +153,11 @@ impl Reading {
         Ok(file.instants(self.time.as_deref(), signals)?)
     }
 
+    /// The memory that was given, bytes.
+    pub fn memory(&self) -> Option<u64> {
+        self.memory
+    }
+
     /// The options that were given, as they are typed for another command on the same file.
     pub fn given(&self) -> Vec<String> {
         self.kept().iter().flat_map(typed).collect()

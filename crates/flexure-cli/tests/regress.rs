@@ -3,6 +3,8 @@
 mod common;
 #[path = "regress/local.rs"]
 mod local;
+#[path = "regress/stream.rs"]
+mod stream;
 #[path = "regress/warnings.rs"]
 mod warnings;
 

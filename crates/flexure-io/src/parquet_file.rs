@@ -1,5 +1,7 @@
 //! Records as Apache Parquet, through the crate's column reader and writer (no Arrow).
 
+mod parts;
+
 use std::cell::Cell;
 use std::io::{self, Write};
 use std::panic::{self, AssertUnwindSafe};
@@ -22,6 +24,7 @@ use crate::memory::Budget;
 use crate::record_file::{Other, RecordFile};
 use crate::text::left_out;
 use crate::units::split_units;
+pub use parts::ParquetParts;
 
 /// The four bytes a Parquet file begins and ends with.
 const MAGIC: &[u8] = b"PAR1";
@@ -29,13 +32,13 @@ const MAGIC: &[u8] = b"PAR1";
 const BATCH: usize = 1 << 16;
 /// Rows written to one row group.
 const ROW_GROUP: usize = 1 << 20;
+/// What is said of metadata that the parquet crate (60.1) asserts otherwise: it panics.
+const CONTRADICTORY: &str = "its metadata contradict themselves; save it again";
 
 /// Reads the Parquet record `file`.
 pub(crate) fn read<F: ChunkReader + 'static>(budget: &Budget, path: &Path, file: F) -> Result<RecordFile> {
     check_ends(path, &file)?;
-    // The parquet crate (60.1) asserts some of what a damaged footer may violate.
-    let contradictory = "its metadata contradict themselves; save it again";
-    quietly(AssertUnwindSafe(|| read_checked(budget, path, file))).unwrap_or_else(|_| Err(damaged(path, contradictory)))
+    quietly(AssertUnwindSafe(|| read_checked(budget, path, file))).unwrap_or_else(|_| Err(damaged(path, CONTRADICTORY)))
 }
 
 thread_local! {
@@ -296,19 +299,40 @@ fn append(
     samples: &mut Vec<f64>,
     allowance: &SampleBudget,
 ) -> std::result::Result<Appended, ParquetError> {
+    let mut reader = group.get_column_reader(i)?;
+    let allowed = &mut |more: usize, samples: &mut Vec<f64>| allowance.grow(more, samples);
+    loop {
+        match next(&mut reader, kind, samples, allowed)? {
+            Some(Appended::All) => {}
+            Some(other) => return Ok(other),
+            None => return Ok(Appended::All),
+        }
+    }
+}
+
+/// Whether so many more samples may follow these.
+type Allowed<'a> = dyn FnMut(usize, &mut Vec<f64>) -> Appended + 'a;
+
+/// Appends the next samples of a column, at most [`BATCH`], nulls as NaN; `None` at its end.
+fn next(
+    reader: &mut ColumnReader,
+    kind: Kind,
+    samples: &mut Vec<f64>,
+    allowed: &mut Allowed,
+) -> std::result::Result<Option<Appended>, ParquetError> {
     // The bounds on the integers are what a round trip through f64 keeps.
-    match (group.get_column_reader(i)?, kind) {
-        (ColumnReader::BoolColumnReader(r), _) => drain(r, samples, allowance, |v| Some(f64::from(u8::from(*v)))),
+    match (reader, kind) {
+        (ColumnReader::BoolColumnReader(r), _) => batch(r, samples, allowed, |v| Some(f64::from(u8::from(*v)))),
         (ColumnReader::Int32ColumnReader(r), Kind::UInt32) => {
-            drain(r, samples, allowance, |v| Some(f64::from(v.cast_unsigned())))
+            batch(r, samples, allowed, |v| Some(f64::from(v.cast_unsigned())))
         }
-        (ColumnReader::Int32ColumnReader(r), _) => drain(r, samples, allowance, |v| Some(f64::from(*v))),
+        (ColumnReader::Int32ColumnReader(r), _) => batch(r, samples, allowed, |v| Some(f64::from(*v))),
         (ColumnReader::Int64ColumnReader(r), Kind::UInt64) => {
-            drain(r, samples, allowance, |v| exact(v.cast_unsigned().into()))
+            batch(r, samples, allowed, |v| exact(v.cast_unsigned().into()))
         }
-        (ColumnReader::Int64ColumnReader(r), _) => drain(r, samples, allowance, |v| exact((*v).into())),
-        (ColumnReader::FloatColumnReader(r), _) => drain(r, samples, allowance, |v| Some(f64::from(*v))),
-        (ColumnReader::DoubleColumnReader(r), _) => drain(r, samples, allowance, |v| Some(*v)),
+        (ColumnReader::Int64ColumnReader(r), _) => batch(r, samples, allowed, |v| exact((*v).into())),
+        (ColumnReader::FloatColumnReader(r), _) => batch(r, samples, allowed, |v| Some(f64::from(*v))),
+        (ColumnReader::DoubleColumnReader(r), _) => batch(r, samples, allowed, |v| Some(*v)),
         _ => Err(ParquetError::General("a column's type changed".to_owned())),
     }
 }
@@ -319,40 +343,37 @@ pub(crate) fn exact(value: i128) -> Option<f64> {
     (converted as i128 == value).then_some(converted)
 }
 
-fn drain<T: DataType>(
-    mut reader: ColumnReaderImpl<T>,
+fn batch<T: DataType>(
+    reader: &mut ColumnReaderImpl<T>,
     samples: &mut Vec<f64>,
-    allowance: &SampleBudget,
+    allowed: &mut Allowed,
     convert: impl Fn(&T::T) -> Option<f64>,
-) -> std::result::Result<Appended, ParquetError> {
+) -> std::result::Result<Option<Appended>, ParquetError> {
     let mut values: Vec<T::T> = Vec::new();
     let mut levels: Vec<i16> = Vec::new();
-    loop {
-        values.clear();
-        levels.clear();
-        let (rows, ..) = reader.read_records(BATCH, Some(&mut levels), None, &mut values)?;
-        if rows == 0 {
-            return Ok(Appended::All);
-        }
-        // A required column has no levels: all its values are there.
-        levels.resize(rows.max(levels.len()), 1);
-        match allowance.grow(levels.len(), samples) {
-            Appended::All => {}
-            other => return Ok(other),
-        }
-        let mut present = values.iter();
-        for level in &levels {
-            let value = if *level == 0 {
-                Some(f64::NAN)
-            } else {
-                present.next().and_then(&convert)
-            };
-            match value {
-                Some(value) => samples.push(value),
-                None => return Ok(Appended::Inexact),
-            }
+    let (rows, ..) = reader.read_records(BATCH, Some(&mut levels), None, &mut values)?;
+    if rows == 0 {
+        return Ok(None);
+    }
+    // A required column has no levels: all its values are there.
+    levels.resize(rows.max(levels.len()), 1);
+    match allowed(levels.len(), samples) {
+        Appended::All => {}
+        other => return Ok(Some(other)),
+    }
+    let mut present = values.iter();
+    for level in &levels {
+        let value = if *level == 0 {
+            Some(f64::NAN)
+        } else {
+            present.next().and_then(&convert)
+        };
+        match value {
+            Some(value) => samples.push(value),
+            None => return Ok(Some(Appended::Inexact)),
         }
     }
+    Ok(Some(Appended::All))
 }
 
 /// Writes `record` under these names as Parquet: required doubles, Snappy.

@@ -1,6 +1,7 @@
 //! `flexure regress`: the regression of one column on others, with a band and a page.
 
 mod method;
+mod stream;
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -88,6 +89,13 @@ pub struct Arguments {
     /// Write the curve here: .csv or .parquet.
     #[arg(short = 'o', long = "out", value_name = "CURVE.csv")]
     out: Option<PathBuf>,
+    /// Read the record in parts and keep sums in bins, not rows: for a Parquet file that is larger than memory. The bandwidth and the band
+    /// come from 20 folds of blocks of rows, so that rows may depend on their neighbours.
+    #[arg(
+        long,
+        conflicts_with_all = ["parameter", "select", "block", "weights", "robust", "band_method", "simultaneous", "seed", "at", "outside", "report"]
+    )]
+    stream: bool,
     /// Write a page that shows everything here.
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
@@ -97,9 +105,6 @@ pub struct Arguments {
     #[arg(long)]
     json: bool,
 }
-
-/// The most points of a grid.
-const MOST_POINTS: f64 = 4e6;
 
 impl Arguments {
     fn columns(&self) -> Columns {
@@ -119,23 +124,9 @@ impl Arguments {
         }
     }
 
-    /// Refuses a grid of more points than anyone looks at.
-    fn check_grid(&self) -> Result<(), Usage> {
-        let along = self.grid.unwrap_or(1);
-        let points = f64::from(along).powi(self.x.len() as i32);
-        match points > MOST_POINTS {
-            true => Err(Usage(format!(
-                "--grid {along}: a grid with {along} points along each of {} columns has more than {MOST_POINTS} points; give a smaller number",
-                self.x.len()
-            ))),
-            false => Ok(()),
-        }
-    }
-
     /// The points at which to evaluate, column by column.
     fn points(&self, data: &RegressionData) -> Result<Vec<Vec<f64>>> {
         let Some(path) = &self.at else {
-            self.check_grid()?;
             return Ok(data.grid(self.grid.map(|n| n as usize)));
         };
         let file = self.reading.read(path)?;
@@ -146,10 +137,13 @@ impl Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    if arguments.stream {
+        return stream::run(arguments);
+    }
     let estimator = method::estimator(arguments)?;
     let inputs = [&arguments.record].into_iter().chain(&arguments.at);
     prepare(inputs, &arguments.out, &arguments.report)?;
-    let file = arguments.reading.read(&arguments.record)?;
+    let file = (arguments.reading.read(&arguments.record)).map_err(|error| stream::with_stream(error, arguments))?;
     let weights;
     let mut data = RegressionData::read(&file, arguments.columns())?;
     if arguments.robust {

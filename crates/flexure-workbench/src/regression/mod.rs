@@ -11,6 +11,7 @@ mod evaluation;
 mod outliers;
 mod page;
 mod report;
+mod streamed;
 mod text;
 mod validation;
 mod warnings;
@@ -27,6 +28,7 @@ pub use evaluation::{BandDescription, Evaluation};
 pub use outliers::without_outliers;
 pub use page::html;
 pub use report::Report;
+pub use streamed::{Streamed, StreamedReport};
 pub use validation::Validation;
 
 /// A fitted regression.

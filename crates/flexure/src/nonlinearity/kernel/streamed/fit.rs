@@ -27,6 +27,8 @@ pub struct StreamedFit {
     search: Option<BandwidthSearch>,
     bin_width: f64,
     count: u64,
+    /// The ordinates' variance.
+    variance: f64,
 }
 
 /// A band around an estimate.
@@ -82,6 +84,13 @@ impl StreamedRegression {
             search,
             bin_width: self.bin_width(),
             count: self.count,
+            variance: {
+                let all = bins
+                    .iter()
+                    .map(|folds| without(folds, None))
+                    .fold(Bin::EMPTY, Bin::plus);
+                all.yy / all.count
+            },
         })
     }
 
@@ -174,6 +183,17 @@ impl StreamedFit {
     /// The number of rows.
     pub fn count(&self) -> u64 {
         self.count
+    }
+
+    /// The mean squared error of predicting the rows of every fold from the others, where the bandwidth was chosen by it.
+    pub fn prediction_error(&self) -> Option<f64> {
+        let scores = self.search.as_ref()?.curve.iter().map(|score| score.error);
+        scores.filter(|error| error.is_finite()).reduce(f64::min)
+    }
+
+    /// 1 less that error over the ordinates' variance.
+    pub fn r_squared(&self) -> Option<f64> {
+        Some(1.0 - self.prediction_error()? / self.variance)
     }
 
     /// The width of the bins, in the unit of x. Structure of the estimate that is narrower than some bins is not seen.

@@ -111,6 +111,16 @@ impl StreamedRegression {
         })
     }
 
+    /// Empty sums with bins as wide as these. Rows of the same record are taken in faster: the bins need not become wider once more.
+    pub fn emptied(&self) -> Self {
+        StreamedRegression {
+            most_bins: self.most_bins,
+            block: self.block,
+            level: self.level,
+            ..Self::default()
+        }
+    }
+
     /// The number of rows that were taken in.
     pub fn count(&self) -> u64 {
         self.count
