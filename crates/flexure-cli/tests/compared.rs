@@ -156,7 +156,7 @@ fn the_structure_is_named_and_the_others_are_refuted() {
                 );
                 assert!(refuted[0]["squared_error_ratio"].as_f64().unwrap() > 1.02);
                 let tests = refuted.iter().filter(|r| r["by"] == "test").count();
-                assert!(message.contains(&format!("and by {tests} more test")), "{c}");
+                assert!(message.contains(&format!("and by {tests} test")), "{c}");
             }
             _ => assert!(refuted.is_empty(), "{c}"),
         }

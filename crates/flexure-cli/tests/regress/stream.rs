@@ -83,6 +83,11 @@ fn what_is_read_in_parts_is_refused_in_words() {
         &format!("{stream} --time x"),
         "--stream reads Parquet files as they are; leave out --time",
     );
+    folder.failed(
+        "regress r.parquet --x x --y y --memory 1KiB",
+        "r.parquet: a column that is unpacked takes more memory than the limit of 1 KiB; --memory SIZE (such as 8GiB) allows more, and \
+         --stream reads it in parts",
+    );
     // 300 rows are one block.
     let told = folder
         .command("regress")
