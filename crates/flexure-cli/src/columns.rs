@@ -1,6 +1,7 @@
 //! Which columns of a record a system connects: those that are named, those of a model, or the only two that there are.
 
 use anyhow::Result;
+use flexure::text::shortened;
 use flexure_io::{ModelFile, RecordFile};
 
 use crate::arguments::{Usage, columns, distinct_inputs};
@@ -107,10 +108,9 @@ fn model_inputs<'a>(model: &ModelFile, given: &'a str) -> Result<Vec<&'a str>, U
 
 /// The record leaves open which columns are meant.
 fn unnamed(file: &RecordFile, signals: &[&str], input: bool, output: bool) -> Usage {
-    let list: Vec<String> = signals.iter().map(|name| with_unit(file, name)).collect();
-    if list.len() < 2 {
-        let there = list.first().map_or("there is no signal".to_owned(), |name| {
-            format!("the only signal is {name}")
+    if signals.len() < 2 {
+        let there = signals.first().map_or("there is no signal".to_owned(), |name| {
+            format!("the only signal is {}", with_unit(file, name))
         });
         return Usage(format!(
             "{}: {there}, but a system has an input and an output; if a column of instants or counts is one of them, name both by --input and --output",
@@ -122,17 +122,23 @@ fn unnamed(file: &RecordFile, signals: &[&str], input: bool, output: bool) -> Us
         (true, _) => "name the output by --output",
         (_, true) => "name the input by --input",
     };
+    let more = signals.len().saturating_sub(LISTED);
+    let mut listed: Vec<String> = signals.iter().take(LISTED).map(|name| with_unit(file, name)).collect();
+    listed.extend((more > 0).then(|| format!("and {more} more")));
     Usage(format!(
         "{}: the signals are {}; {missing}",
         file.path.display(),
-        list.join(", ")
+        listed.join(", ")
     ))
 }
+
+/// Signals that a message lists.
+const LISTED: usize = 20;
 
 /// A column with its unit, where the file has it.
 fn with_unit(file: &RecordFile, name: &str) -> String {
     match file.unit(name) {
-        Some(unit) => format!("{name} [{unit}]"),
-        None => name.to_owned(),
+        Some(unit) => format!("{} [{}]", shortened(name), shortened(unit)),
+        None => shortened(name),
     }
 }

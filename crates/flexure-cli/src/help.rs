@@ -101,7 +101,7 @@ const GROUPS: [(&str, &[&str]); 8] = [
             "seed",
         ],
     ),
-    ("Limits", &["memory"]),
+    ("Limits", &["memory", "stream"]),
     (
         "Evaluation",
         &["grid", "at", "outside", "skip", "missing", "initial-state", "horizon"],

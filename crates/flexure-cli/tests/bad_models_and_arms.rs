@@ -236,6 +236,12 @@ fn arms_that_cannot_be_simulated() {
         "simulate absent.toml -o new.csv",
         "cannot read absent.toml: there is no such file or directory",
     );
+    // A text in a file makes no line of its own.
+    folder.write("forged.toml", "[arm]\nmodel = \"x\\nwrote new.csv\"\n");
+    folder.failed(
+        "simulate forged.toml -o new.csv",
+        "forged.toml, line 2: unknown variant `x; wrote new.csv`, expected one of `rigid`, `linear`, `nonlinear`",
+    );
     folder.write("latin.toml", b"# \xe9\n");
     folder.failed(
         "simulate latin.toml -o new.csv",

@@ -343,9 +343,27 @@ fn a_terminal_is_not_flooded_with_columns() {
         "{}",
         found.stdout
     );
+    // Each column has few levels, which is noted of some.
+    assert!(
+        found.stdout.contains(" more notes: see --report or --json"),
+        "{}",
+        found.stdout
+    );
+    assert!(found.stdout.lines().count() < 200, "{}", found.stdout);
     let found = outcome(folder.command("look").args(["r.csv", "--json"]));
     let json: Value = serde_json::from_str(&found.stdout).unwrap();
     assert_eq!(json["columns"].as_array().unwrap().len(), 103);
+    // The page draws a hundred of them, and a name may be longer than any width.
+    folder.done("look r.csv --report page.html");
+    assert!(
+        folder
+            .read("page.html")
+            .contains("The first 100 of 102 signals are drawn.")
+    );
+    let rows = "1,2\n2,1\n3,5\n4,4\n".repeat(20);
+    folder.write("long.csv", format!("u,{}\n{rows}", "x".repeat(70_000)));
+    let found = outcome(folder.command("look").arg("long.csv"));
+    assert!(found.code == Some(0) && found.stdout.len() < 10_000, "{found:?}");
 }
 
 #[test]

@@ -42,7 +42,7 @@ pub use error::{Error, LineProblem, NoMemory, Result};
 pub use memory::{check_computed, usual_memory};
 pub use model::{BlockLabel, ModelFile, ModelPath, RecordMark, model_text, parse_model, read_model, write_model};
 pub use options::{Decimal, ReadOptions};
-pub use parquet_file::ParquetParts;
+pub use parquet_file::{ParquetParts, TakeRows};
 pub use read::read_record;
 pub use record_file::RecordFile;
 pub use table::{Row, write_table};

@@ -24,7 +24,7 @@ use crate::memory::Budget;
 use crate::record_file::{Other, RecordFile};
 use crate::text::left_out;
 use crate::units::split_units;
-pub use parts::ParquetParts;
+pub use parts::{ParquetParts, TakeRows};
 
 /// The four bytes a Parquet file begins and ends with.
 const MAGIC: &[u8] = b"PAR1";

@@ -11,7 +11,7 @@
 use std::fmt;
 
 use anstyle::{AnsiColor, Style};
-use flexure::text::readable;
+use flexure::text::{readable, shortened};
 use textwrap::{Options, WordSplitter};
 
 /// The width to which text is wrapped where nothing else is known: few screens are narrower, and longer lines are hard to read.
@@ -120,13 +120,16 @@ impl Lines {
         self.push(Kind::Row, Tone::Plain, text.into());
     }
 
-    /// A table, its header first, which is not wrapped: the columns in `texts` to the left, the others, of numbers, to the right.
+    /// A table, its header first, which is not wrapped: the columns in `texts` to the left, the others, of numbers, to the right. Long texts
+    /// are shortened.
     pub fn table<R: AsRef<[String]>>(&mut self, rows: &[R], texts: &[usize]) {
-        let columns = rows.first().map_or(0, |row| row.as_ref().len());
-        let width = |column: usize| rows.iter().map(|row| row.as_ref()[column].chars().count()).max();
+        let short = |row: &R| row.as_ref().iter().map(|cell| shortened(cell)).collect::<Vec<_>>();
+        let rows: Vec<Vec<String>> = rows.iter().map(short).collect();
+        let columns = rows.first().map_or(0, Vec::len);
+        let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
         let widths: Vec<usize> = (0..columns).map(|column| width(column).unwrap_or(0)).collect();
-        for row in rows {
-            let cells = row.as_ref().iter().zip(&widths).enumerate();
+        for row in &rows {
+            let cells = row.iter().zip(&widths).enumerate();
             let padded = cells.map(|(i, (cell, &width))| match texts.contains(&i) {
                 true => format!("{cell:<width$}"),
                 false => format!("{cell:>width$}"),

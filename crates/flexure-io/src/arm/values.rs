@@ -4,8 +4,9 @@ use flexure::manipulator::Friction;
 use flexure::text::exact;
 use serde::{Deserialize, Deserializer};
 
-/// What serde says of a value, in words for readers.
+/// What serde says of a value, in words for readers, on one line whatever the value is.
 pub(super) fn plain(message: &str) -> String {
+    let message = message.lines().collect::<Vec<_>>().join("; ");
     let message = message
         .replace("expected f64", "expected a number")
         .replace("expected usize", "expected a whole number that is not negative")

@@ -41,6 +41,9 @@ pub struct ParquetParts {
     starts: Vec<u64>,
 }
 
+/// Takes rows that stand together: the place of the first of them in the file, and the columns. Missing samples are NaN.
+pub type TakeRows<'a> = dyn FnMut(u64, &[Vec<f64>]) -> Result<()> + 'a;
+
 impl ParquetParts {
     /// Opens these columns of a file.
     ///
@@ -110,12 +113,11 @@ impl ParquetParts {
         Error::data(&self.path, error)
     }
 
-    /// Calls `each` with the rows of a part, in order and some at a time: the place of the first of them in the file, and the columns.
-    /// Missing samples are NaN.
+    /// Calls `each` with the rows of a part, in order and some at a time.
     ///
     /// # Errors
     /// [`Error::Content`] and [`Error::Truncated`] for what is damaged; [`Error::Data`] for integers that f64 does not hold; what `each` returns.
-    pub fn read(&self, part: usize, each: &mut dyn FnMut(u64, &[Vec<f64>]) -> Result<()>) -> Result<()> {
+    pub fn read(&self, part: usize, each: &mut TakeRows) -> Result<()> {
         match quietly(AssertUnwindSafe(|| self.read_checked(part, each))) {
             Ok(result) => result,
             Err(panic) if panic.is::<&str>() || panic.is::<String>() => Err(damaged(&self.path, CONTRADICTORY)),
@@ -124,7 +126,7 @@ impl ParquetParts {
         }
     }
 
-    fn read_checked(&self, part: usize, each: &mut dyn FnMut(u64, &[Vec<f64>]) -> Result<()>) -> Result<()> {
+    fn read_checked(&self, part: usize, each: &mut TakeRows) -> Result<()> {
         let content = |error| content(&self.path, error);
         // Its own file: several parts may be read at once, and copies of a file have one place to read from.
         let file = File::open(&self.path).map_err(|cause| Error::read(&self.path, cause))?;

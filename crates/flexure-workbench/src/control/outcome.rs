@@ -231,26 +231,8 @@ impl Outcome {
             None => lines.headline(Tone::Bad, "No controller carried its run through"),
         }
         let (names, rows) = self.cells();
-        let width = |j: usize| {
-            rows.iter()
-                .map(|r| r[j].chars().count())
-                .chain([names[j].chars().count()])
-                .max()
-        };
-        let widths: Vec<usize> = (0..names.len()).map(|j| width(j).unwrap_or(0)).collect();
-        let set = |cells: &[String]| {
-            let cells = cells.iter().zip(&widths).enumerate();
-            let padded = cells.map(|(j, (cell, &w))| {
-                if j == 0 {
-                    format!("{cell:<w$}")
-                } else {
-                    format!("{cell:>w$}")
-                }
-            });
-            padded.collect::<Vec<_>>().join("  ").trim_end().to_owned()
-        };
-        lines.row(set(&names));
-        rows.iter().for_each(|row| lines.row(set(row)));
+        let table: Vec<Vec<String>> = [names].into_iter().chain(rows).collect();
+        lines.table(&table, &[0]);
         lines.sentence(self.legend());
         for row in &self.rows {
             if let Some(failure) = &row.failure {

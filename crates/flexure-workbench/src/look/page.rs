@@ -5,7 +5,7 @@ use flexure::look::{Dependence, Direction, Kind};
 use flexure::text::{p_value, percent};
 use flexure_report::data::{Fact, LagPlot, LookPage, NextCommand, Signal, SpectrumPlot, Table};
 
-use super::text::plain;
+use super::text::{COLUMNS, plain};
 use super::{Inspection, MOST_POWER};
 use crate::plots::time_axis;
 
@@ -28,7 +28,15 @@ impl Inspection<'_> {
             let found = self.findings.iter().filter(|f| f.warning == warning);
             found.map(|f| f.text.clone()).collect()
         };
-        let signals: Vec<usize> = (0..self.look.columns.len()).filter(|&i| self.is_drawn(i)).collect();
+        let mut signals: Vec<usize> = (0..self.look.columns.len()).filter(|&i| self.is_drawn(i)).collect();
+        let mut notes = texts(false);
+        if signals.len() > COLUMNS {
+            notes.insert(
+                0,
+                format!("The first {COLUMNS} of {} signals are drawn.", signals.len()),
+            );
+            signals.truncate(COLUMNS);
+        }
         let dependences = self.dependences();
         LookPage {
             title: self.file.name(),
@@ -40,7 +48,7 @@ impl Inspection<'_> {
             }),
             facts: self.facts(),
             warnings: texts(true),
-            notes: texts(false),
+            notes,
             columns: self.column_table(),
             record: signals.iter().map(|&i| self.signal(i)).collect(),
             time: time_axis(self.file, self.sample_time, 0),

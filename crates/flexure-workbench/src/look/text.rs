@@ -7,8 +7,10 @@ use super::Inspection;
 use crate::lines::{Lines, Tone};
 
 /// Columns and dependences that are printed; the page and JSON have all of them.
-const COLUMNS: usize = 100;
+pub(super) const COLUMNS: usize = 100;
 const ROWS: usize = 12;
+/// Notes that are printed, and warnings.
+const FINDINGS: usize = 30;
 
 impl Inspection<'_> {
     /// The summary, and why the suggested command is suggested.
@@ -43,9 +45,19 @@ impl Inspection<'_> {
         if !self.findings.is_empty() {
             lines.space();
         }
-        let of = |warning: bool| self.findings.iter().filter(move |f| f.warning == warning);
-        of(false).for_each(|f| lines.note(&f.text));
-        of(true).for_each(|f| lines.warning(&f.text));
+        for (is_warning, what) in [(false, "note"), (true, "warning")] {
+            let found: Vec<_> = self.findings.iter().filter(|f| f.warning == is_warning).collect();
+            for finding in found.iter().take(FINDINGS) {
+                match is_warning {
+                    true => lines.warning(&finding.text),
+                    false => lines.note(&finding.text),
+                }
+            }
+            if found.len() > FINDINGS {
+                let more = counted(found.len() - FINDINGS, &format!("more {what}"));
+                lines.sentence(format!("and {more}: see --report or --json"));
+            }
+        }
         if let Some(suggestion) = &self.suggestion {
             lines.space();
             lines.sentence(&*suggestion.why);
