@@ -40,6 +40,10 @@ fn a_joint_without_a_deflection() {
         2,
         "column 'tau' is named twice; name every column once\n\nFor more information, try '--help'.",
     );
+    equal.misused(
+        "joint log.csv --position q --torque tau --reference q --kp 1 --kv 1",
+        "column 'q' is named twice; name every column once",
+    );
     // Nearly equal, by encoders of few steps.
     let coarse = |q: f64| (q * 50.0).round() / 50.0;
     for folder in [

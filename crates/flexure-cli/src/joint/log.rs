@@ -112,12 +112,12 @@ impl Columns {
             velocity: given.velocity.clone(),
             at_motor: given.at_motor,
         };
-        columns.check_distinct()?;
+        columns.check_distinct(given.reference.as_ref())?;
         Ok(columns)
     }
 
-    /// Refuses a column that is named twice.
-    fn check_distinct(&self) -> Result<(), Usage> {
+    /// Refuses a column that is named twice, that of the reference included.
+    fn check_distinct(&self, reference: Option<&String>) -> Result<(), Usage> {
         let equal = self
             .motor
             .iter()
@@ -133,7 +133,8 @@ impl Columns {
             .iter()
             .chain(&self.position)
             .chain(&self.motor)
-            .chain(&self.velocity);
+            .chain(&self.velocity)
+            .chain(reference);
         let mut named = HashSet::new();
         match all.into_iter().find(|name| !named.insert(name.as_str())) {
             Some(name) => Err(Usage(format!("column '{name}' is named twice; name every column once"))),
