@@ -3,6 +3,7 @@
 mod findings;
 mod joint;
 mod page;
+mod preparations;
 mod roles;
 mod suggestion;
 mod text;

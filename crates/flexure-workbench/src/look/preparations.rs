@@ -1,0 +1,181 @@
+//! Preparations that a record needs before an identification.
+
+use flexure::look::{Clock, Column, Look};
+use flexure::text::counted;
+use flexure_io::RecordFile;
+
+use super::suggestion::Suggestion;
+use super::text::plain;
+
+/// Missing samples that a resampling interpolates of itself.
+const FILLED: usize = 3;
+
+/// The longest gap that is interpolated before an identification, in samples. Convention.
+const LONGEST_FILLED: usize = 10;
+
+/// What comes after a preparation.
+const LOOK_AGAIN: &str = "Then look again: flexure look prepared.csv";
+
+/// The columns with samples far from their neighbours.
+pub(super) fn with_outliers(look: &Look) -> Vec<&Column> {
+    let columns = (look.columns.iter().enumerate()).filter(|(i, c)| Some(*i) != look.time && !c.outliers.is_empty());
+    columns.map(|(_, column)| column).collect()
+}
+
+/// Whether a column's outliers are most of its variance: then they are no signal.
+pub(super) fn are_wild(column: &Column, file: &RecordFile) -> bool {
+    let samples = file.record.column(&column.name).unwrap_or_default();
+    let square = |i: &usize| samples.get(*i).map_or(0.0, |x| (x - column.mean).powi(2));
+    let of_outliers: f64 = column.outliers.iter().map(square).sum();
+    of_outliers > 0.5 * column.deviation.powi(2) * column.samples as f64
+}
+
+/// The names, as an option takes them.
+fn joined(columns: &[&Column]) -> String {
+    let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
+    names.join(",")
+}
+
+/// A preparation that interpolates these columns' outliers, which hide what depends on what; nothing without any.
+pub(super) fn without_outliers(columns: &[&Column]) -> Option<Suggestion> {
+    let runs = columns.iter().flat_map(|c| c.outliers.chunk_by(|a, b| a + 1 == *b));
+    let longest = runs.map(<[usize]>::len).max()?;
+    let count = columns.iter().map(|column| column.outliers.len()).sum();
+    let (names, fill) = (joined(columns), longest.to_string());
+    let why = match count {
+        1 => "An outlier hides what depends on what. This interpolates it.".to_owned(),
+        _ => format!("{count} outliers hide what depends on what. This interpolates them."),
+    };
+    let options = ["--outliers", &names, "--fill", &fill, "-o", "prepared.csv"];
+    let mut suggestion = Suggestion::new("prepare", &options, why);
+    suggestion.notes.push(LOOK_AGAIN.to_owned());
+    Some(suggestion)
+}
+
+/// A preparation of a record whose samples are not evenly spaced; the inputs of few levels hold them between samples.
+pub(super) fn even_spacing(
+    look: &Look,
+    file: &RecordFile,
+    clock: &Clock,
+    sample_time: f64,
+    inputs: &[usize],
+) -> Suggestion {
+    let samples = look
+        .time
+        .map_or(0, |i| look.columns[i].samples + look.columns[i].missing);
+    let mut breaks: Vec<usize> = clock.gaps.iter().map(|gap| gap.sample).collect();
+    breaks.extend(&clock.backwards);
+    breaks.extend([0, samples]);
+    breaks.sort_unstable();
+    let longest = breaks
+        .windows(2)
+        .map(|w| w[0]..w[1])
+        .rev()
+        .max_by_key(|stretch| stretch.len());
+    let stretch = longest.unwrap_or(0..samples);
+    let (part, step) = (format!("{}:{}", stretch.start, stretch.end), plain(sample_time));
+    let mut options: Vec<&str> = Vec::new();
+    // A few lost samples are interpolated.
+    let is_short = |steps: f64| steps <= LONGEST_FILLED as f64 + 1.0;
+    let few_lost = clock.backwards.is_empty() && clock.gaps.iter().all(|gap| is_short(gap.steps));
+    let cuts = stretch.len() < samples && !few_lost;
+    if cuts {
+        options.extend(["--cut-samples", &part]);
+    }
+    let wild: Vec<&Column> = with_outliers(look).into_iter().filter(|c| are_wild(c, file)).collect();
+    // A lost sample leaves none on its two sides, at new instants, either.
+    let lost = clock
+        .gaps
+        .iter()
+        .map(|gap| gap.steps.ceil() as usize + 1)
+        .max()
+        .unwrap_or(0);
+    let fill = lost.to_string();
+    let outliers = joined(&wild);
+    if !outliers.is_empty() {
+        options.extend(["--outliers", &outliers]);
+    }
+    let held: Vec<&str> = (inputs.iter().map(|&i| &look.columns[i]))
+        .filter(|column| column.levels.is_some())
+        .map(|column| column.name.as_str())
+        .collect();
+    let held = held.join(",");
+    if clock.jitter > Clock::UNIFORM || !cuts {
+        options.extend(["--resample", &step]);
+        if lost > FILLED && !cuts {
+            options.extend(["--fill", &fill]);
+        }
+        if !held.is_empty() {
+            options.extend(["--hold", &held]);
+        }
+    }
+    options.extend(["-o", "prepared.csv"]);
+    let why = "The samples are not evenly spaced, which every identification needs.".to_owned();
+    let mut suggestion = Suggestion::new("prepare", &options, why);
+    if !outliers.is_empty() {
+        suggestion
+            .notes
+            .push("Outliers become missing samples, and are interpolated.".to_owned());
+    }
+    if !cuts && !clock.gaps.is_empty() {
+        let lost = clock
+            .gaps
+            .iter()
+            .map(|gap| (gap.steps - 1.0).round().max(1.0) as usize)
+            .sum();
+        suggestion
+            .notes
+            .push(format!("This interpolates {}.", counted(lost, "lost sample")));
+    }
+    if cuts {
+        let text = format!(
+            "This keeps the longest part without a gap: {} of {samples} samples.",
+            stretch.len()
+        );
+        suggestion.notes.push(text);
+    }
+    suggestion.notes.push(LOOK_AGAIN.to_owned());
+    suggestion
+}
+
+/// A preparation of a record with columns that miss samples which the identification needs: short gaps are interpolated, else the longest
+/// part without one is kept.
+pub(super) fn repair(look: &Look, file: &RecordFile, columns: &[usize]) -> Suggestion {
+    let names: Vec<String> = columns.iter().map(|i| format!("'{}'", look.columns[*i].name)).collect();
+    let samples = columns
+        .iter()
+        .filter_map(|i| file.record.column(&look.columns[*i].name).ok());
+    let mut missing = vec![false; file.record.len()];
+    samples.for_each(|x| missing.iter_mut().zip(x).for_each(|(m, x)| *m |= !x.is_finite()));
+    let longest = |of: bool| {
+        let runs = missing.chunk_by(|a, b| a == b).scan(0, |start, run| {
+            *start += run.len();
+            Some((run[0], *start - run.len()..*start))
+        });
+        let runs = runs.filter(|(missing, _)| *missing == of).map(|(_, run)| run);
+        runs.max_by_key(|run| run.len()).unwrap_or(0..0)
+    };
+    let (gap, complete) = (longest(true).len(), longest(false));
+    let ends = [missing.first(), missing.last()].contains(&Some(&true));
+    let (fill, part) = (gap.to_string(), format!("{}:{}", complete.start, complete.end));
+    let options = match gap <= LONGEST_FILLED && !ends {
+        true => ["--fill", &fill, "-o", "prepared.csv"],
+        false => ["--cut-samples", &part, "-o", "prepared.csv"],
+    };
+    let why = format!(
+        "{} {} samples, which the identification needs.",
+        names.join(", "),
+        if names.len() == 1 { "misses" } else { "miss" }
+    );
+    let mut suggestion = Suggestion::new("prepare", &options, why);
+    suggestion.notes.push(match options[0] {
+        "--fill" => "This interpolates the gaps, the longest of which has ".to_owned() + &counted(gap, "sample") + ".",
+        _ => format!(
+            "This keeps the longest part without a gap: {} of {} samples.",
+            complete.len(),
+            missing.len()
+        ),
+    });
+    suggestion.notes.push(LOOK_AGAIN.to_owned());
+    suggestion
+}
