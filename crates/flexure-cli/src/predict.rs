@@ -67,7 +67,7 @@ impl Arguments {
         let used = match file.finite(output) {
             Err(error) if there => {
                 print_note(&format!(
-                    "note: {error}. It is only written beside the prediction: the state at the start is not estimated from it, and no fit is told"
+                    "note: {error}. It is only written beside the prediction: the state at the start is not estimated from it, and no fit is computed"
                 ));
                 None
             }

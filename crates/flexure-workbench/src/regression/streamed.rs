@@ -109,7 +109,7 @@ impl StreamedReport {
     /// How the bandwidth was chosen.
     fn why(&self) -> &'static str {
         match self.fit.search() {
-            Some(_) => "smallest error of rows predicted from the 19 other folds of 20, blocks of 1000 rows",
+            Some(_) => "smallest error of rows predicted from the other folds, blocks of 1000 rows",
             None => "as given",
         }
     }

@@ -103,7 +103,7 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
                 let found = simpler::simpler(identified?);
                 let same = fitted.iter_mut().find(|other| other.structure == found.structure);
                 if found.structure != structure.name {
-                    others.no_more.push((structure.name.title, found.structure.title));
+                    others.simpler.push((structure.name.title, found.structure.title));
                 }
                 match same {
                     None => fitted.push(found),
@@ -122,8 +122,8 @@ struct Others {
     /// A simpler one holds.
     superfluous: Vec<&'static str>,
     too_few_samples: Vec<&'static str>,
-    /// Those that came out as a simpler one, and that.
-    no_more: Vec<(&'static str, &'static str)>,
+    /// Titles of structures whose fit was a simpler structure, with the title of that one.
+    simpler: Vec<(&'static str, &'static str)>,
 }
 
 /// The number of blocks of a structure.

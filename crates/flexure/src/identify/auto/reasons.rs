@@ -49,7 +49,7 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement<'
         .filter(|c| !(judgement.supported && c.structure == name))
         .filter_map(|c| Some((c, strongest(c)?)));
     all.extend(refuted.map(|(c, by)| format!("{} is refuted by {by}.", capitalised(c.structure.title))));
-    for (more, name) in &others.no_more {
+    for (more, name) in &others.simpler {
         all.push(format!(
             "{more} came out as {name}: one of its linear parts is a mere delay."
         ));
