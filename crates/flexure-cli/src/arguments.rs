@@ -1,5 +1,6 @@
 //! Values on the command line, checked while they are read, so that wrong ones are wrong usage.
 
+use std::collections::HashSet;
 use std::ops::RangeInclusive;
 
 use anyhow::Result;
@@ -35,7 +36,16 @@ pub fn is_usage(error: &anyhow::Error) -> bool {
     // With a file named beside it, it depends on the data.
     let alone = error.chain().len() == 1;
     let named = |error: &flexure_io::Error| matches!(error, flexure_io::Error::UnknownExtension { .. });
-    error.is::<Usage>() || alone && error.downcast_ref().is_some_and(refused) || error.downcast_ref().is_some_and(named)
+    let export = |error: &flexure_export::Error| {
+        matches!(
+            error,
+            flexure_export::Error::Path { .. } | flexure_export::Error::Name { .. }
+        )
+    };
+    error.is::<Usage>()
+        || alone && error.downcast_ref().is_some_and(refused)
+        || error.downcast_ref().is_some_and(named)
+        || error.downcast_ref().is_some_and(export)
 }
 
 /// A parser of the names of choices, whose help lists them.
@@ -264,17 +274,21 @@ pub fn distinct_points(points: &[[f64; 2]]) -> Result<(), Usage> {
 
 /// Refuses an output that is also an input, and an input that is named twice.
 pub fn distinct_inputs(inputs: &[&str], output: Option<&str>) -> Result<(), Usage> {
-    for (i, input) in inputs.iter().enumerate() {
-        if output == Some(input) {
-            return Err(Usage(format!(
-                "--input and --output are both '{input}'; name two different columns"
-            )));
-        }
-        if inputs[..i].contains(input) {
-            return Err(Usage(format!("--input names '{input}' twice; name every column once")));
-        }
+    if let Some(both) = inputs.iter().find(|input| output == Some(input)) {
+        return Err(Usage(format!(
+            "--input and --output are both '{both}'; name two different columns"
+        )));
     }
-    Ok(())
+    named_once("input", inputs)
+}
+
+/// Refuses a list of an option that has a name twice.
+pub fn named_once(option: &str, names: &[impl AsRef<str>]) -> Result<(), Usage> {
+    let mut seen = HashSet::new();
+    match names.iter().map(AsRef::as_ref).find(|&name| !seen.insert(name)) {
+        Some(name) => Err(Usage(format!("--{option} names '{name}' twice; name each once"))),
+        None => Ok(()),
+    }
 }
 
 /// The columns of a list, separated by commas.

@@ -1,7 +1,7 @@
 //! Which columns of a record a system connects: those that are named, those of a model, or the only two that there are.
 
 use anyhow::Result;
-use flexure::text::shortened;
+use flexure::text::{shortened, shown_path};
 use flexure_io::{ModelFile, RecordFile};
 
 use crate::arguments::{Usage, columns, distinct_inputs};
@@ -43,7 +43,7 @@ impl Connected {
                 };
                 print_note(&format!(
                     "note: {}: the input is '{input}', the output '{output}'; these two are all signals (--input and --output name others)",
-                    file.path.display()
+                    shown_path(&file.path)
                 ));
                 (inputs.unwrap_or(vec![input]), output)
             }
@@ -114,7 +114,7 @@ fn unnamed(file: &RecordFile, signals: &[&str], input: bool, output: bool) -> Us
         });
         return Usage(format!(
             "{}: {there}, but a system has an input and an output; if a column of instants or counts is one of them, name both by --input and --output",
-            file.path.display()
+            shown_path(&file.path)
         ));
     }
     let missing = match (input, output) {
@@ -127,7 +127,7 @@ fn unnamed(file: &RecordFile, signals: &[&str], input: bool, output: bool) -> Us
     listed.extend((more > 0).then(|| format!("and {more} more")));
     Usage(format!(
         "{}: the signals are {}; {missing}",
-        file.path.display(),
+        shown_path(&file.path),
         listed.join(", ")
     ))
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::ArgGroup;
+use flexure::text::shown_path;
 use flexure_io::arm::{Scenario, scenario_preset_text};
 use flexure_io::{read_text, write_record};
 use flexure_workbench::control::{Outcome, compare};
@@ -63,7 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let pages = arguments.report.iter().chain(&arguments.write_scenario);
     prepare(&arguments.scenario, &arguments.out, pages)?;
     let (text, name) = match (&arguments.scenario, &arguments.preset) {
-        (Some(path), _) => (read_text(path)?, path.display().to_string()),
+        (Some(path), _) => (read_text(path)?, shown_path(path)),
         (None, preset) => {
             let preset = preset.as_deref().unwrap_or_default();
             (scenario_preset_text(preset)?.to_owned(), format!("preset {preset}"))
@@ -135,7 +136,7 @@ fn write_run(arguments: &Arguments, outcome: &Outcome) -> Result<Option<String>>
     write_record(path, &run.record()?)?;
     Ok(Some(format!(
         "wrote {} ({} samples under {})",
-        path.display(),
+        shown_path(path),
         run.t.len(),
         row.controller
     )))

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use flexure::Record;
+use flexure::text::shown_path;
 use flexure_io::arm::{ArmFile, Paths, preset_text};
 use flexure_io::{check_writable, make_folder, read_record, write_model, write_record};
 use flexure_workbench::demo::{self, BothJoints, ELBOW_COLUMNS, FreshRun, LOG_PRESET, Steps, VIEW_FILES, View};
@@ -108,7 +109,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     print_result(&both.summary(&fresh), [String::new()])?;
     let opened = !arguments.no_open && std::io::stdout().is_terminal() && open::that_detached(page_path).is_ok();
-    let page = page_path.display();
+    let page = shown_path(page_path);
     let look = match opened {
         true => format!("opened {page} in your browser"),
         false => format!("open {page} in a browser"),

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use flexure::Record;
+use flexure::text::shown_path;
 use flexure_io::RecordFile;
 use flexure_workbench::systems::{Task, check};
 
@@ -46,7 +47,7 @@ impl Experiments {
                 column.extend_from_slice(file.column(name)?);
             }
             samples.push(file.record.len());
-            let path = file.path.display().to_string();
+            let path = shown_path(&file.path);
             match (reading.sample_time(&file, sample_time, &all)?, &known) {
                 (Some(own), Some((first, of))) if (own - first).abs() > SAME_SAMPLE_TIME * first => bail!(
                     "{path}: the sample time is {own} s, but that of {of} is {first} s; experiments of one system need the same: resample one of them"

@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use flexure::text::shown_path;
 use flexure_io::{check_record_writable, check_writable, destination, write_atomically};
 use serde_json::{Value, json};
 
@@ -17,8 +18,14 @@ pub fn prepare<'a>(
 ) -> Result<()> {
     let (records, others): (Vec<_>, Vec<_>) = (records.into_iter().collect(), others.into_iter().collect());
     keep_apart(inputs, records.iter().chain(&others).copied())?;
-    if records.iter().chain(&others).any(|path| path.as_os_str() == "-") {
-        return Err(Usage("'-' names no file to write; give a name, such as /dev/stdout".to_owned()).into());
+    let is_dash = |path: &&PathBuf| path.as_os_str() == "-";
+    let a_name = match (records.iter().any(is_dash), others.iter().any(is_dash)) {
+        (true, _) => Some("a name that ends in .csv or .parquet"),
+        (_, true) => Some("a name, such as /dev/stdout"),
+        _ => None,
+    };
+    if let Some(a_name) = a_name {
+        return Err(Usage(format!("'-' names no file to write; give {a_name}")).into());
     }
     for path in records {
         check_record_writable(path)?;
@@ -36,7 +43,7 @@ pub fn write_text(path: &Path, text: &str) -> Result<()> {
 
 /// The lines that say what was written.
 pub fn wrote<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> impl Iterator<Item = String> {
-    paths.into_iter().map(|path| format!("wrote {}", path.display()))
+    paths.into_iter().map(|path| format!("wrote {}", shown_path(path)))
 }
 
 /// The name of a file as JSON; null where none was asked for.
@@ -55,7 +62,7 @@ fn keep_apart<'a>(
     let mut written: Vec<PathBuf> = Vec::new();
     for path in outputs {
         let place = resolved(path);
-        let shown = path.display();
+        let shown = shown_path(path);
         // Not for what is no file, such as /dev/null.
         if path.exists() && !path.is_file() {
             continue;

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use clap::Args as _;
+use flexure::text::shown_path;
 use flexure_io::{check_record_writable, write_table};
 use flexure_workbench::fleet::{Fleet, Outcome, members};
 use serde_json::json;
@@ -227,7 +228,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         });
         return print(&object.to_string());
     }
-    let mut text = format!("wrote {} ({} machines", table.display(), counts.members);
+    let mut text = format!("wrote {} ({} machines", shown_path(&table), counts.members);
     for (count, what) in [
         (counts.kept, "from an earlier run"),
         (counts.failed, "failed: see the column error"),

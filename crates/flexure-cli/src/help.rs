@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context as _, Result};
 use clap::{Arg, Command};
 use clap_complete::Shell;
+use flexure::text::shown_path;
 use flexure_io::make_folder;
 
 use crate::arguments::Usage;
@@ -191,7 +192,7 @@ pub fn manual(arguments: &ManualArguments, mut command: Command) -> Result<()> {
     command.build();
     if let Some(folder) = &arguments.out {
         make_folder(folder)?;
-        clap_mangen::generate_to(command, folder).with_context(|| folder.display().to_string())?;
+        clap_mangen::generate_to(command, folder).with_context(|| shown_path(folder))?;
         let lines: Vec<String> = wrote([folder]).collect();
         return print(&lines.join("\n"));
     }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use flexure::Record;
+use flexure::text::shown_path;
 use flexure::validation::FitMeasures;
 use flexure_io::{ModelFile, RecordFile, write_record};
 use flexure_workbench::Named;
@@ -59,7 +60,7 @@ impl Arguments {
         if let Some(option) = needs {
             return Err(Usage(format!(
                 "{option} needs the measured output, and {} has no column '{}', as the model calls it; name it by --output",
-                file.path.display(),
+                shown_path(&file.path),
                 model.output
             ))
             .into());
@@ -144,7 +145,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let mut lines = vec![format!(
         "wrote {} ({} samples)",
-        arguments.out.display(),
+        shown_path(&arguments.out),
         predicted.len()
     )];
     lines.extend(ahead.map(|ahead| ahead.description));

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use flexure::preparation::{LONGEST_GAP, LowPass, Outliers};
+use flexure::text::shown_path;
 use flexure_io::write_record_with_units;
 use flexure_workbench::preparation::{Columns, Conversion, Cut, Preparation, Table};
 use flexure_workbench::text::grouped;
@@ -161,6 +162,21 @@ impl Arguments {
         }
     }
 
+    /// Refuses a list that names a column twice.
+    fn check_lists(&self) -> Result<(), arguments::Usage> {
+        let lists = [
+            ("keep", &self.keep),
+            ("outliers", &self.outliers),
+            ("remove-mean", &self.remove_mean),
+            ("detrend", &self.detrend),
+        ];
+        for (option, list) in lists {
+            arguments::named_once(option, &list.as_deref().map(arguments::columns).unwrap_or_default())?;
+        }
+        let held: Vec<&str> = self.hold.iter().map(|name| name.trim()).collect();
+        arguments::named_once("hold", &held)
+    }
+
     /// The columns of a file at its instants.
     fn table(&self, path: &Path) -> Result<Table> {
         let file = self.reading.read(path)?;
@@ -183,6 +199,7 @@ impl Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    arguments.check_lists()?;
     prepare(&arguments.files, [&arguments.out], [])?;
     let tables = arguments
         .files
@@ -201,7 +218,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut lines: Vec<String> = prepared.done.iter().map(|done| done.text.clone()).collect();
     lines.push(format!(
         "wrote {} ({} samples)",
-        arguments.out.display(),
+        shown_path(&arguments.out),
         grouped(prepared.table.len())
     ));
     let missing: usize = prepared.missing().iter().sum();

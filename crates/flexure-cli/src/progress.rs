@@ -105,10 +105,12 @@ impl Reported {
     /// Draws it anew; `step` is how much of the present step is left.
     fn show(&self, what: &str, step: Option<String>, progress: &Progress) {
         let stage = self.stage.lock().ok().and_then(|current| current.clone());
+        let [done, all] = self.units.each_ref().map(|units| units.load(Ordering::Relaxed));
+        // Beside what is left of all of it, nothing is said of a step.
+        let step = step.filter(|_| done == 0);
         let parts = [Some(what.to_owned()), stage, step];
         let message = parts.into_iter().flatten().collect::<Vec<_>>().join(": ");
         progress.bar.set_message(message);
-        let [done, all] = self.units.each_ref().map(|units| units.load(Ordering::Relaxed));
         // Before anything is done, nothing is known of what is left.
         if done > 0 && progress.bar.length() != Some(1000 * all as u64) {
             progress.bar.set_style(style(true));
@@ -206,6 +208,18 @@ mod tests {
         };
         assert_eq!(length(0), Some(0));
         assert_eq!(length(1), Some(8000));
+    }
+
+    #[test]
+    fn one_estimate_is_shown_of_what_is_left() {
+        let (reported, progress) = (Reported::default(), Progress::new("identifying", 0.0));
+        let message = |done: usize| {
+            reported.at(done, 8);
+            reported.show("identifying", Some("this step 20 %".to_owned()), &progress);
+            progress.bar.message()
+        };
+        assert_eq!(message(0), "identifying: this step 20 %");
+        assert_eq!(message(1), "identifying");
     }
 
     #[test]

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use anyhow::{Context as _, Result, bail};
 use clap::{Args as _, FromArgMatches as _, ValueEnum};
-use flexure::text::exact;
+use flexure::text::{exact, shown_path};
 use flexure_io::{Decimal, Instants, ModelFile, ReadOptions, RecordFile, TimeColumn};
 use flexure_workbench::look::NOTED_JITTER;
 
@@ -134,7 +134,7 @@ impl Reading {
         };
         let file = spinning("reading", || options.read(path))?;
         if !file.notes.is_empty() {
-            print_note(&format!("note: {}: {}", file.path.display(), file.notes.join("; ")));
+            print_note(&format!("note: {}: {}", shown_path(&file.path), file.notes.join("; ")));
         }
         Ok(file)
     }
@@ -207,7 +207,7 @@ impl Reading {
         if !said.is_empty() {
             print_note(&format!(
                 "note: {} is read as the model's record was: {}",
-                record.display(),
+                shown_path(record),
                 said.join(" ")
             ));
         }
@@ -232,7 +232,7 @@ impl Reading {
         {
             print_note(&format!(
                 "note: {}: the instants of column '{name}' deviate from a uniform grid by up to {:.0} % of a step; they count as uniform",
-                file.path.display(),
+                shown_path(&file.path),
                 100.0 * clock.jitter
             ));
         }
@@ -256,7 +256,7 @@ impl Reading {
         {
             bail!(
                 "{}: column '{}' has a sample time of {} s, but --sample-time says {} s; leave the option out or correct the column",
-                file.path.display(),
+                shown_path(&file.path),
                 time.name,
                 exact(time.clock.step),
                 exact(given)
@@ -278,7 +278,7 @@ impl Reading {
         {
             bail!(
                 "{}: the sample time is {} s, but the model was identified at {model} s; resample the record",
-                file.path.display(),
+                shown_path(&file.path),
                 time.clock.step
             );
         }

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
-use flexure::Error;
-use flexure::error::DataError;
-use flexure::study::{FEWEST_RUNS, LONGEST, MOST_RUNS, SHORTEST};
+use flexure::study::{FEWEST_RUNS, LONGEST, MOST_RUNS, RefinedStudy, SHORTEST};
+use flexure::text::shown_path;
 use flexure_io::read_text;
+use flexure_workbench::Named as _;
 use flexure_workbench::study::{Part, Parts, Plan};
 use serde_json::json;
 
@@ -69,7 +69,7 @@ enum What {
 }
 
 impl Arguments {
-    /// Refuses a single number of samples, and numbers that do not increase.
+    /// Refuses a single number of samples, numbers that do not increase, and one that a part cannot fit.
     fn check_lengths(&self) -> Result<(), Usage> {
         let falling = self.lengths.windows(2).find(|pair| pair[1] <= pair[0]);
         match (falling, &self.lengths[..]) {
@@ -81,17 +81,13 @@ impl Arguments {
                 "--lengths {only}: a rate needs at least two numbers of samples, such as {only},{}",
                 2 * only
             ))),
-            _ => Ok(()),
-        }
-    }
-
-    /// Names the option by which a record is too short: the study makes its records itself.
-    fn located(&self, error: Error) -> anyhow::Error {
-        match (&error, self.lengths.first()) {
-            (Error::Data(DataError::TooShort { .. }), Some(shortest)) => {
-                Usage(format!("--lengths {shortest}: {error}; give larger numbers of samples")).into()
+            (None, [shortest, ..]) if *shortest < RefinedStudy::SHORTEST && self.parts.contains(&Part::Refined) => {
+                Err(Usage(format!(
+                    "--lengths {shortest}: the part 'refined' needs at least {} samples; give larger numbers, or --parts without it",
+                    RefinedStudy::SHORTEST
+                )))
             }
-            _ => error.into(),
+            _ => Ok(()),
         }
     }
 }
@@ -100,6 +96,8 @@ impl Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let What::Rates = arguments.what;
     arguments.check_lengths()?;
+    let parts: Vec<&str> = arguments.parts.iter().map(|part| part.name()).collect();
+    arguments::named_once("parts", &parts)?;
     prepare([], [], arguments.report.iter().chain(&arguments.resume))?;
     let plan = Plan {
         parts: arguments.parts.clone(),
@@ -113,18 +111,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         && path.exists()
     {
         let text = read_text(path)?;
-        parts = parts.resumed(&text).with_context(|| path.display().to_string())?;
+        parts = parts.resumed(&text).with_context(|| shown_path(path))?;
         print_note(&format!(
             "going on from {}: {:.0} % done",
-            path.display(),
+            shown_path(path),
             100.0 * parts.done()
         ));
     }
     let progress = Progress::new("measuring", 1.0);
-    while parts
-        .step(&|share| progress.at(share))
-        .map_err(|error| arguments.located(error))?
-    {
+    while parts.step(&|share| progress.at(share))? {
         if let Some(path) = &arguments.resume {
             write_text(path, &serde_json::to_string(&parts)?)?;
         }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
+use flexure::text::shown_path;
 use flexure_workbench::systems::{Judged, Judging, SystemColumns};
 
 use crate::applied::{Applied, ModelOnRecord, with_missing};
@@ -44,7 +45,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(skip) = arguments.skip.filter(|skip| *skip >= file.record.len()) {
         bail!(
             "{}: --skip {skip} leaves nothing of {} samples to compare",
-            file.path.display(),
+            shown_path(&file.path),
             file.record.len()
         );
     }

@@ -262,7 +262,7 @@ fn several_inputs_come_back() {
     );
     folder.misused(
         "identify r.csv --input p,p --output y --structure multiple-inputs",
-        "--input names 'p' twice; name every column once",
+        "--input names 'p' twice; name each once",
     );
     folder.misused(
         "identify r.csv --input p,y --output y --structure multiple-inputs",

@@ -172,7 +172,7 @@ fn a_device_without_an_end_is_no_arm_and_no_model() {
 #[test]
 fn control_characters_do_not_reach_the_terminal() {
     let folder = Folder::new();
-    let evil = "\u{1b}]0;owned\u{7}\u{1b}[2Ju\u{9b}31m\u{202e}";
+    let evil = "\u{1b}]0;owned\u{7}\u{1b}[2Ju\u{9b}31m\u{202e}\u{200b}\u{2028}";
     let mut text = format!("t,{evil},y\n");
     for k in 0..200 {
         text += &format!("{:.2},{},{}\n", 0.01 * f64::from(k), (f64::from(k) * 0.7).sin(), k % 17);
@@ -192,9 +192,20 @@ fn control_characters_do_not_reach_the_terminal() {
         let printed = outcome.stdout + &outcome.stderr;
         let command = printed
             .chars()
-            .find(|c| c.is_control() && *c != '\n' || *c == '\u{202e}');
+            .find(|c| c.is_control() && *c != '\n' || ['\u{202e}', '\u{200b}', '\u{2028}'].contains(c));
         assert_eq!(command, None, "{arguments}: {printed:?}");
         assert!(!printed.is_empty());
+    }
+    // A line break in the name of a file begins no line.
+    folder.write("a\nwrote b.csv", "u,y\n1,2\n");
+    for command in ["look", "identify --input u --output y", "export --to c -o o.c"] {
+        let outcome = common::outcome(folder.command(command).arg("a\nwrote b.csv"));
+        let printed = outcome.stdout + &outcome.stderr;
+        assert!(printed.contains(r"a\u000awrote b.csv"), "{command}: {printed}");
+        assert!(
+            !printed.lines().any(|line| line.starts_with("wrote b")),
+            "{command}: {printed}"
+        );
     }
 }
 

@@ -29,14 +29,8 @@ fn columns_that_cannot_be() {
         &regress("--x x --y y --weights z"),
         &format!("r.csv: no column 'z'; {available}"),
     );
-    folder.misused(
-        &regress("--x x,v,x --y y"),
-        "--x names the column 'x' twice; name it once",
-    );
-    folder.misused(
-        &regress("--x x --x x --y y"),
-        "--x names the column 'x' twice; name it once",
-    );
+    folder.misused(&regress("--x x,v,x --y y"), "--x names 'x' twice; name each once");
+    folder.misused(&regress("--x x --x x --y y"), "--x names 'x' twice; name each once");
     folder.misused(
         &regress("--x v,x --y x"),
         "--x and --y both name 'x'; a column cannot be regressed on itself",

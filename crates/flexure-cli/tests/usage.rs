@@ -224,6 +224,57 @@ fn options_that_contradict_each_other_or_are_missing() {
     );
 }
 
+/// A list names every column or part once.
+#[test]
+fn lists_that_name_something_twice() {
+    let folder = Folder::new();
+    folder.known("r.csv", 600, 1);
+    for (command, option, name) in [
+        ("prepare r.csv -o p.csv --keep u,y,u", "keep", "u"),
+        ("prepare r.csv -o p.csv --outliers u,u", "outliers", "u"),
+        ("prepare r.csv -o p.csv --remove-mean y,y", "remove-mean", "y"),
+        ("prepare r.csv -o p.csv --detrend y,y", "detrend", "y"),
+        ("prepare r.csv -o p.csv --hold u,u", "hold", "u"),
+        ("identify r.csv --input u,u --output y", "input", "u"),
+        ("regress r.csv --x u,u --y y", "x", "u"),
+        ("study rates --parts plain,refined,plain", "parts", "plain"),
+    ] {
+        folder.misused(command, &format!("--{option} names '{name}' twice; name each once"));
+    }
+}
+
+/// What an option cannot have is wrong usage, and is said before anything is computed.
+#[test]
+fn values_that_no_run_can_have() {
+    let folder = Folder::new();
+    folder.known("r.csv", 600, 1);
+    folder.done("identify r.csv --input u --output y --structure linear -o m.json");
+    folder.misused(
+        "study rates --lengths 100,200 --runs 20",
+        "--lengths 100: the part 'refined' needs at least 134 samples; give larger numbers, or --parts without it",
+    );
+    folder.misused(
+        "prepare r.csv -o -",
+        "'-' names no file to write; give a name that ends in .csv or .parquet",
+    );
+    folder.misused(
+        "identify r.csv --input u --output y -o -",
+        "'-' names no file to write; give a name, such as /dev/stdout",
+    );
+    folder.refused(
+        "export m.json --to c -o same.h",
+        2,
+        "same.h: the file's name must end in .c, or be that of a folder",
+    );
+    let outcome = folder.run("simulate --preset six-joint-arm --duration -1 --sample-time 0.1 -o o.csv");
+    assert_eq!(outcome.code, Some(2));
+    assert!(outcome.stderr.contains("expected a positive number"), "{outcome:?}");
+    folder.failed(
+        "look r.csv --skip-lines 99999999999",
+        "r.csv has nothing after the 99999999999 lines that are skipped; skip fewer",
+    );
+}
+
 /// Values that are valid for some records, but not for this one, are a matter of the data.
 #[test]
 fn values_that_this_record_does_not_allow() {

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use flexure::text::shown_path;
+
 /// Why a model was not exported.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -17,7 +19,7 @@ pub enum Error {
     #[error("the model cannot be exported: {0}")]
     Model(String),
     /// The output's file name cannot be used.
-    #[error("{path}: {problem}", path = path.display())]
+    #[error("{path}: {problem}", path = shown_path(path))]
     Path {
         /// The file.
         path: PathBuf,

@@ -6,6 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use flexure::error::DataError;
+use flexure::text::shown_path;
 
 use crate::topic::Topic;
 
@@ -37,7 +38,7 @@ pub struct NoMemory {
 #[non_exhaustive]
 pub enum Error {
     /// The file cannot be read at all.
-    #[error("cannot read {}: {}", .path.display(), reason(.cause))]
+    #[error("cannot read {}: {}", shown_path(.path), reason(.cause))]
     Read {
         /// The file.
         path: PathBuf,
@@ -45,7 +46,7 @@ pub enum Error {
         cause: io::Error,
     },
     /// The file cannot be written; nothing of it was left behind.
-    #[error("cannot write {}: {}", .path.display(), reason(.cause))]
+    #[error("cannot write {}: {}", shown_path(.path), reason(.cause))]
     Write {
         /// The file.
         path: PathBuf,
@@ -53,7 +54,7 @@ pub enum Error {
         cause: io::Error,
     },
     /// A folder cannot be made.
-    #[error("cannot make the folder {}: {}", .path.display(), reason(.cause))]
+    #[error("cannot make the folder {}: {}", shown_path(.path), reason(.cause))]
     Folder {
         /// The folder.
         path: PathBuf,
@@ -61,13 +62,13 @@ pub enum Error {
         cause: io::Error,
     },
     /// A record was to be written under a name without the extension of a format.
-    #[error("cannot write {}: a record's file name must end in .csv or .parquet", .path.display())]
+    #[error("cannot write {}: a record's file name must end in .csv or .parquet", shown_path(.path))]
     UnknownExtension {
         /// The file.
         path: PathBuf,
     },
     /// The record to be written cannot be represented in a file.
-    #[error("cannot write {}: {problem}", .path.display())]
+    #[error("cannot write {}: {problem}", shown_path(.path))]
     Unwritable {
         /// The file.
         path: PathBuf,
@@ -75,7 +76,7 @@ pub enum Error {
         problem: String,
     },
     /// The file, or what it declares or unpacks to, takes more memory than is allowed.
-    #[error("{}: {what} takes more memory than the limit of {}{remedy}", .path.display(), crate::memory::size(*.limit))]
+    #[error("{}: {what} takes more memory than the limit of {}{remedy}", shown_path(.path), crate::memory::size(*.limit))]
     TooLarge {
         /// The file.
         path: PathBuf,
@@ -87,13 +88,21 @@ pub enum Error {
         remedy: &'static str,
     },
     /// The file has no content.
-    #[error("{} is empty; a record is a CSV file with a header, whitespace-separated columns, Parquet, MAT, HDF5 or a ROS 2 bag", .path.display())]
+    #[error("{} is empty; a record is a CSV file with a header, whitespace-separated columns, Parquet, MAT, HDF5 or a ROS 2 bag", shown_path(.path))]
     Empty {
         /// The file.
         path: PathBuf,
     },
+    /// The file has no content after the lines that are skipped.
+    #[error("{} has nothing after the {lines} lines that are skipped; skip fewer", shown_path(.path))]
+    AllSkipped {
+        /// The file.
+        path: PathBuf,
+        /// The lines that were to be skipped.
+        lines: u64,
+    },
     /// The file has columns but no sample.
-    #[error("{} has the columns {} but no samples", .path.display(), flexure::text::list(names))]
+    #[error("{} has the columns {} but no samples", shown_path(.path), flexure::text::list(names))]
     NoSamples {
         /// The file.
         path: PathBuf,
@@ -101,7 +110,7 @@ pub enum Error {
         names: Vec<String>,
     },
     /// A text file cannot be understood at one line.
-    #[error("{}, line {line}: {problem}", .path.display())]
+    #[error("{}, line {line}: {problem}", shown_path(.path))]
     Line {
         /// The file.
         path: PathBuf,
@@ -111,7 +120,7 @@ pub enum Error {
         problem: LineProblem,
     },
     /// A binary file ends too early.
-    #[error("{} is truncated: {detail}; copy or save it again", .path.display())]
+    #[error("{} is truncated: {detail}; copy or save it again", shown_path(.path))]
     Truncated {
         /// The file.
         path: PathBuf,
@@ -119,7 +128,7 @@ pub enum Error {
         detail: String,
     },
     /// A binary file contradicts its format or uses a part of it that is not supported.
-    #[error("{} cannot be read as {format}: {detail}", .path.display())]
+    #[error("{} cannot be read as {format}: {detail}", shown_path(.path))]
     Content {
         /// The file.
         path: PathBuf,
@@ -129,7 +138,7 @@ pub enum Error {
         detail: String,
     },
     /// What is to be read of a bag is unclear, or not there.
-    #[error("{}: {problem}; the topics are: {}", .path.display(), topic_list(topics))]
+    #[error("{}: {problem}; the topics are: {}", shown_path(.path), topic_list(topics))]
     Topics {
         /// The file.
         path: PathBuf,
@@ -141,13 +150,13 @@ pub enum Error {
         topics: Vec<Topic>,
     },
     /// A topic or joint was chosen of a file that is no bag.
-    #[error("{} is no ROS 2 bag; leave out --topic and --joint", .path.display())]
+    #[error("{} is no ROS 2 bag; leave out --topic and --joint", shown_path(.path))]
     NoBag {
         /// The file.
         path: PathBuf,
     },
     /// A column exists in the file, but cannot serve as a signal.
-    #[error("{}: '{name}' cannot serve as a signal: it is {what}", .path.display())]
+    #[error("{}: '{name}' cannot serve as a signal: it is {what}", shown_path(.path))]
     NotASignal {
         /// The file.
         path: PathBuf,
@@ -157,7 +166,7 @@ pub enum Error {
         what: String,
     },
     /// The column of sample instants is unclear, or its unit is.
-    #[error("{}: {problem}", .path.display())]
+    #[error("{}: {problem}", shown_path(.path))]
     Time {
         /// The file.
         path: PathBuf,
@@ -165,7 +174,7 @@ pub enum Error {
         problem: String,
     },
     /// The file was read, but its samples do not serve the purpose.
-    #[error("{}{}: {}", .path.display(), line_suffix(*.line), missing_samples(.cause))]
+    #[error("{}{}: {}", shown_path(.path), line_suffix(*.line), missing_samples(.cause))]
     Data {
         /// The file.
         path: PathBuf,
@@ -175,7 +184,7 @@ pub enum Error {
         cause: Box<flexure::Error>,
     },
     /// A JSON file cannot be understood.
-    #[error("{}, line {line}, column {column}: {problem}; models are written by `flexure identify -o`", .path.display())]
+    #[error("{}, line {line}, column {column}: {problem}; models are written by `flexure identify -o`", shown_path(.path))]
     Json {
         /// The file.
         path: PathBuf,
@@ -187,7 +196,7 @@ pub enum Error {
         problem: String,
     },
     /// A URDF does not describe a chain.
-    #[error("{}, line {line}: {problem}", .path.display())]
+    #[error("{}, line {line}: {problem}", shown_path(.path))]
     Urdf {
         /// The file.
         path: PathBuf,
@@ -197,7 +206,7 @@ pub enum Error {
         problem: String,
     },
     /// A JSON file is no model, or a model this version does not know.
-    #[error("{}: {problem}", .path.display())]
+    #[error("{}: {problem}", shown_path(.path))]
     Model {
         /// The file.
         path: PathBuf,

@@ -6,6 +6,7 @@ use std::path::Path;
 use anyhow::{Context as _, Result, bail};
 use flexure::Block;
 use flexure::nonlinearity::{Curve, Outside, Surface, SurfaceAxis};
+use flexure::text::shown_path;
 use flexure_export::{Fmi, Format};
 use flexure_io::{ModelFile, RecordFile, read_model, read_record};
 
@@ -63,13 +64,13 @@ pub fn exportable(path: &Path) -> Result<ModelFile> {
         bail!(
             "{}: a curve has two columns, x and y, or its band's columns lower and upper beside them; a surface has its columns of x, then \
              y, lower and upper",
-            path.display()
+            shown_path(path)
         );
     };
     let (x, y) = (file.finite(input)?.to_vec(), file.finite(output)?.to_vec());
     let curve = Curve::new(x, y, Outside::Nearest).map_err(|error| {
         let why = "the first column must increase from row to row";
-        anyhow::anyhow!("{}: no curve ({error}); {why}", path.display())
+        anyhow::anyhow!("{}: no curve ({error}); {why}", shown_path(path))
     })?;
     Ok(memoryless(
         &file,
@@ -97,7 +98,7 @@ fn surface(file: &RecordFile, names: &[String]) -> Result<Surface> {
         if pieces < 3 || !points.iter().enumerate().all(even) {
             bail!(
                 "{}: a surface needs a grid of four evenly spaced values or more of '{name}', as flexure regress writes without --at",
-                file.path.display()
+                shown_path(&file.path)
             );
         }
         for (index, x) in index.iter_mut().zip(x) {
@@ -114,11 +115,11 @@ fn surface(file: &RecordFile, names: &[String]) -> Result<Surface> {
     if !(whole && order.iter().enumerate().all(|(i, &row)| index[row] == i)) {
         bail!(
             "{}: a surface needs every point of its grid, each once",
-            file.path.display()
+            shown_path(&file.path)
         );
     }
     let values: Vec<f64> = order.into_iter().map(|row| y[row]).collect();
-    Surface::through(axes, &values).map_err(|error| anyhow::anyhow!("{}: no surface: {error}", file.path.display()))
+    Surface::through(axes, &values).map_err(|error| anyhow::anyhow!("{}: no surface: {error}", shown_path(&file.path)))
 }
 
 /// A model of one static block.

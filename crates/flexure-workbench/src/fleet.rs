@@ -12,6 +12,7 @@ use std::sync::Arc;
 use anyhow::{Context as _, Result, bail};
 use flexure::Record;
 use flexure::simulation::batch;
+use flexure::text::shown_path;
 use flexure_io::{ReadOptions, RecordFile, Row, make_folder, usual_memory, write_atomically};
 use serde_json::{Value, json};
 
@@ -88,14 +89,14 @@ pub fn members(dataset: &Path, by: &str, memory: Option<u64>) -> Result<Vec<Memb
     if let Some(twice) = members.iter().find(|member| !keys.insert(member.key.as_str())) {
         bail!(
             "{}: there are two records of {by} '{}'; put the files of one machine together, or tell them apart",
-            dataset.display(),
+            shown_path(dataset),
             twice.key
         );
     }
     if members.is_empty() {
         bail!(
             "{}: no record is in this folder; looked for are files that end in .{}",
-            dataset.display(),
+            shown_path(dataset),
             FORMATS.join(", .")
         );
     }
@@ -121,10 +122,10 @@ fn of_folder(folder: &Path, by: &str, memory: Option<u64>) -> Result<Vec<Member>
         if !folder.canonicalize().is_ok_and(|folder| seen.insert(folder)) {
             continue;
         }
-        let entries = fs::read_dir(&folder).with_context(|| format!("cannot read {}", folder.display()))?;
+        let entries = fs::read_dir(&folder).with_context(|| format!("cannot read {}", shown_path(&folder)))?;
         for entry in entries {
             let path = entry
-                .with_context(|| format!("cannot read {}", folder.display()))?
+                .with_context(|| format!("cannot read {}", shown_path(&folder)))?
                 .path();
             let name = path
                 .file_name()
@@ -214,14 +215,14 @@ impl Fleet<'_> {
             Ok(text) if serde_json::from_str::<Value>(&text).is_ok_and(|begun| begun == asked) => Ok(()),
             Ok(_) => bail!(
                 "{}: these results were begun with other choices, or by another version; write to another folder, or remove this one",
-                self.results.display()
+                shown_path(&self.results)
             ),
             Err(_) => {
                 let mut there = fs::read_dir(self.results).into_iter().flatten();
                 if there.next().is_some() {
                     bail!(
                         "{}: this folder has other files; write to one that is new or empty",
-                        self.results.display()
+                        shown_path(&self.results)
                     );
                 }
                 make_folder(self.results.join(ROWS))?;
@@ -297,8 +298,8 @@ impl Fleet<'_> {
 
     fn row(&self, member: &Member) -> Result<Row> {
         let path = self.path(member);
-        let text = fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
-        serde_json::from_str(&text).with_context(|| format!("{}: this is no row; remove the file", path.display()))
+        let text = fs::read_to_string(&path).with_context(|| format!("cannot read {}", shown_path(&path)))?;
+        serde_json::from_str(&text).with_context(|| format!("{}: this is no row; remove the file", shown_path(&path)))
     }
 
     fn path(&self, member: &Member) -> PathBuf {

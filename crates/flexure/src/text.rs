@@ -1,6 +1,7 @@
 //! Numbers and text for readers.
 
 use std::borrow::Cow;
+use std::path::Path;
 
 /// A number to four digits, without an exponent where it is of everyday size.
 ///
@@ -83,20 +84,37 @@ pub fn shortened(name: &str) -> String {
 }
 
 /// The text with its control characters, but for line breaks and tabs, as `\\u001b`: to a terminal they are commands. So are the marks that turn the
-/// direction of a text.
+/// direction of a text or break a line, and characters without a width, which nobody sees.
 ///
 /// ```
 /// assert_eq!(flexure::text::visible("a\u{1b}[31mb"), r"a\u001b[31mb");
+/// assert_eq!(flexure::text::visible("u\u{200b}"), r"u\u200b");
 /// ```
 pub fn visible(text: &str) -> Cow<'_, str> {
-    let is_command = |c: char| {
-        c.is_control() && c != '\n' && c != '\t'
-            || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
-    };
-    if !text.contains(is_command) {
+    escaped(text, |c| is_command(c) && c != '\n' && c != '\t')
+}
+
+/// The path of a file as a part of a line: as [`visible`] shows it, and without line breaks.
+///
+/// ```
+/// # use std::path::Path;
+/// assert_eq!(flexure::text::shown_path(Path::new("a\nerror: b.csv")), r"a\u000aerror: b.csv");
+/// ```
+pub fn shown_path(path: &Path) -> String {
+    escaped(&path.to_string_lossy(), is_command).into_owned()
+}
+
+fn is_command(c: char) -> bool {
+    let directs = matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    // Not the joiners U+200C and U+200D, which some scripts write.
+    directs || c.is_control() || matches!(c, '\u{200b}' | '\u{2060}' | '\u{feff}')
+}
+
+fn escaped(text: &str, is_unwanted: impl Fn(char) -> bool) -> Cow<'_, str> {
+    if !text.contains(&is_unwanted) {
         return Cow::Borrowed(text);
     }
-    let shown = text.chars().map(|c| match is_command(c) {
+    let shown = text.chars().map(|c| match is_unwanted(c) {
         true => format!("\\u{:04x}", u32::from(c)),
         false => c.to_string(),
     });

@@ -6,6 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
+use flexure::text::shown_path;
 use flexure_io::write_atomically;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -317,7 +318,7 @@ fn start(project: &Project, arguments: &[String]) -> Result<(Child, Arc<Mutex<Sa
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped());
-    let unbegun = |error| format!("no command can be begun in {}: {error}", project.folder.display());
+    let unbegun = |error| format!("no command can be begun in {}: {error}", shown_path(&project.folder));
     let mut child = command.spawn().map_err(unbegun)?;
     let said = Arc::new(Mutex::new(Said {
         open: 2,

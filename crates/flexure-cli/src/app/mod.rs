@@ -15,6 +15,7 @@ use std::sync::Mutex;
 use std::time::Duration;
 
 use anyhow::{Context as _, Result, bail};
+use flexure::text::shown_path;
 use flexure_io::make_folder;
 
 use crate::arguments;
@@ -55,7 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let folder = arguments
         .folder
         .canonicalize()
-        .with_context(|| arguments.folder.display().to_string())?;
+        .with_context(|| shown_path(&arguments.folder))?;
     let listening = TcpListener::bind(("127.0.0.1", arguments.port));
     let listening = listening.and_then(|listener| Ok((listener.local_addr()?, listener)));
     let (address, listener) = match listening {

@@ -10,6 +10,7 @@ use anyhow::{Result, bail};
 use clap::{ArgGroup, ValueEnum};
 use flexure::Record;
 use flexure::manipulator::{Arm, JointKind, LinkDynamics, SimulationOptions};
+use flexure::text::shown_path;
 use flexure_io::arm::ArmFile;
 use flexure_io::{check_computed, write_record};
 use flexure_workbench::lines::Lines;
@@ -197,7 +198,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let wrote = format!(
         "wrote {} ({} samples of {})",
-        arguments.out.display(),
+        shown_path(&arguments.out),
         record.len(),
         names.join(", ")
     );

@@ -7,6 +7,7 @@ use flexure::identify::robot_joint::{Estimated, Finding, FlexibleAxis, FlexibleJ
 use flexure::manipulator::add_noise;
 
 use super::{Arguments, Extremes};
+use flexure::text::percent;
 use flexure_workbench::joints::{Units, parameter_text};
 use flexure_workbench::text::number;
 
@@ -85,12 +86,11 @@ pub fn rehearse(motion: &Record, free: [bool; 2], limits: [Extremes; 2], argumen
 impl Rehearsal {
     fn number(&mut self, what: &str, e: Estimated) {
         let share = e.standard_error / e.value.abs();
-        let text = format!(
-            "{what}: {} kg m^2 with a standard error of {:.2} %",
-            number(e.value),
-            100.0 * share
-        );
-        self.sort(share < POOR, text);
+        let error = match share.is_finite() {
+            true => format!("with a standard error of {}", percent(share)),
+            false => "without a standard error".to_owned(),
+        };
+        self.sort(share < POOR, format!("{what}: {} kg m^2 {error}", number(e.value)));
     }
 
     fn sort(&mut self, can: bool, text: String) {
@@ -109,8 +109,8 @@ impl Rehearsal {
             let x = &band.x[0];
             let (low, high, width) = (number(x[0]), number(x[x.len() - 1]), width(band));
             let text = format!(
-                "{of}the {name} curve from {low} to {high} {unit}, the band's half width {:.2} % of it; beyond, nothing",
-                100.0 * width
+                "{of}the {name} curve from {low} to {high} {unit}, the band's half width {} of it; beyond, nothing",
+                percent(width)
             );
             self.sort(width < POOR, text);
         }

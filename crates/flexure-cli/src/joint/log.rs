@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashSet};
 use std::str::FromStr;
 
 use anyhow::{Result, bail};
+use flexure::text::shown_path;
 use flexure_io::RecordFile;
 use flexure_workbench::joints::{AxisLog, Log};
 
@@ -39,7 +40,7 @@ impl Number {
             Some((_, value)) if value.is_finite() && *value != 0.0 => Ok(*value),
             Some((_, value)) => bail!(
                 "{}: --{option} {name}: the constant is {value}, but a finite number other than zero is needed",
-                file.path.display()
+                shown_path(&file.path)
             ),
             None => {
                 let names: Vec<&str> = file.constants.iter().map(|(n, _)| n.as_str()).collect();
@@ -49,7 +50,7 @@ impl Number {
                 };
                 bail!(
                     "{}: --{option} {name} is neither a number nor a constant of the record; {there}",
-                    file.path.display()
+                    shown_path(&file.path)
                 )
             }
         }
@@ -169,7 +170,7 @@ impl Columns {
         let Some(sample_time) = arguments.reading.sample_time(file, arguments.sample_time, &used)? else {
             bail!(
                 "{}: no column of sample instants, such as 't', says the sample time; give it by --sample-time, or name the column by --time",
-                file.path.display()
+                shown_path(&file.path)
             );
         };
         let constant = arguments.torque_on_link(file)?;

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use flexure::identify::robot_joint::{AxisDrive, Extra};
+use flexure::text::shown_path;
 use flexure_io::arm::Excitation;
 use flexure_io::{RecordFile, check_record_writable, write_record_with_units};
 use flexure_workbench::fleet::{Outcome, joined, single_values};
@@ -190,7 +191,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     ];
     for (path, what) in wanted {
         if let Some(path) = path.as_ref().filter(missing) {
-            lines.note(format!("{} is not written: no {what} was seen", path.display()));
+            lines.note(format!("{} is not written: no {what} was seen", shown_path(path)));
         }
     }
     print_result(&lines, wrote(&written))

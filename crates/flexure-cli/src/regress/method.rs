@@ -5,7 +5,7 @@ use flexure::text::counted;
 use flexure_workbench::regression::BandMethod;
 
 use super::Arguments;
-use crate::arguments::Usage;
+use crate::arguments::{Usage, named_once};
 use crate::tuning;
 
 /// Most points of a grid over all columns.
@@ -88,9 +88,7 @@ fn check_columns(arguments: &Arguments, name: EstimatorName) -> Result<(), Usage
             x.join(",")
         )));
     }
-    if let Some(i) = (1..x.len()).find(|&i| x[..i].contains(&x[i])) {
-        return Err(Usage(format!("--x names the column '{}' twice; name it once", x[i])));
-    }
+    named_once("x", x)?;
     if x.contains(y) {
         return Err(Usage(format!(
             "--x and --y both name '{y}'; a column cannot be regressed on itself"

@@ -8,14 +8,14 @@ use flexure::Record;
 use flexure::manipulator::chain::{
     Base, Chain, ChainPreset, ChainSimulation, DrivenChain, RotorCoupling, chain_columns, simulate_chain_watched,
 };
-use flexure::text::counted;
+use flexure::text::{counted, list, shown_path};
 use flexure_io::arm::{chain_of_toml, is_chain};
 use flexure_io::urdf::{UrdfOptions, parse_urdf};
 use flexure_io::{check_computed, read_record, write_record};
 use serde_json::json;
 
 use super::{Arguments, Source};
-use crate::arguments::Usage;
+use crate::arguments::{self, Usage};
 use crate::files::prepare;
 use crate::output::print;
 use crate::progress::Progress;
@@ -25,10 +25,10 @@ use crate::progress::Progress;
 #[command(next_help_heading = "Chains (URDF, chain files and their presets)")]
 pub struct ChainArguments {
     /// How long, s.
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_hyphen_values = true, value_parser = arguments::positive)]
     duration: Option<f64>,
     /// The time between two samples, s.
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_hyphen_values = true, value_parser = arguments::positive)]
     sample_time: Option<f64>,
     /// The torques of the joints: a record with a column tau_JOINT for every joint that is driven, one row a sample, held until the next.
     #[arg(long, value_name = "RECORD")]
@@ -166,10 +166,10 @@ fn said(arguments: &Arguments, chain: &DrivenChain, out: &Path, record: &Record,
     };
     print(&format!(
         "wrote {} ({} samples of {} on a {base} base: {})",
-        out.display(),
+        shown_path(out),
         record.len(),
         counted(joints.len(), "joint"),
-        joints.join(", ")
+        list(joints)
     ))
 }
 
@@ -193,7 +193,7 @@ fn start(chain: &DrivenChain, places: &[String], options: &mut ChainSimulation) 
         let Some(joint) = joints.iter().position(|joint| joint == name) else {
             return Err(Usage(format!(
                 "--start names the joint '{name}'; the joints are {}",
-                joints.join(", ")
+                list(joints)
             ))
             .into());
         };
@@ -218,15 +218,15 @@ fn torques(chain: &DrivenChain, path: &Path, rows: usize) -> Result<Vec<Vec<f64>
     if !names.iter().any(|name| file.record.column(name).is_ok()) {
         bail!(
             "{}: no column is the torque of a joint; they are called {}",
-            path.display(),
-            names.join(", ")
+            shown_path(path),
+            list(&names)
         );
     }
     let samples = file.record.len();
     if samples != rows {
         bail!(
             "{}: there are {samples} rows, but the run has {rows} instants",
-            path.display()
+            shown_path(path)
         );
     }
     let column = |name: &String| match file.record.column(name) {

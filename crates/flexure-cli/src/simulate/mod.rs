@@ -9,6 +9,7 @@ use anyhow::Result;
 use clap::ArgGroup;
 use flexure::Record;
 use flexure::manipulator::chain::ChainPreset;
+use flexure::text::shown_path;
 use flexure_io::arm::{ArmError, ArmFile, Paths, preset_text, read_arm_record, run_watched};
 use flexure_io::{ReadOptions, read_text, write_record};
 use serde_json::json;
@@ -123,7 +124,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let (Some(path), Some((rows, names))) = (&arguments.out, samples) {
         lines.push(format!(
             "wrote {} ({rows} samples of {})",
-            path.display(),
+            shown_path(path),
             names.join(", ")
         ));
     }
@@ -143,7 +144,7 @@ impl Source {
         Ok(match path {
             Some(path) => Source {
                 text: read_text(path)?,
-                name: path.display().to_string(),
+                name: shown_path(path),
             },
             None => Source {
                 text: preset_text(preset)?.to_owned(),

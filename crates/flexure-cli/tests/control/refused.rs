@@ -223,7 +223,7 @@ fn sizes_and_lengths_of_a_scenario_have_an_end() {
         (
             "sample_time = 0.01",
             "sample_time = 1e-9",
-            "s.toml, line 9: loop.sample_time: the motion with its rest takes 3 s, but it must take less than 100 million sample times (in s)",
+            "s.toml, line 9: loop.sample_time: the motion with its rest takes 3 s, but it must take less than 100 million sample times (in s); shorten it, or lengthen the sample time",
         ),
         (
             "encoder_noise = 1e-4",

@@ -68,9 +68,11 @@ pub(super) fn is_below(folder: &Path, name: &Path) -> bool {
 /// What is wrong, without anything that stands in the file.
 fn without_content(error: &Error) -> String {
     match error {
-        Error::Read { .. } | Error::TooLarge { .. } | Error::Truncated { .. } | Error::Empty { .. } => {
-            error.to_string()
-        }
+        Error::Read { .. }
+        | Error::TooLarge { .. }
+        | Error::Truncated { .. }
+        | Error::Empty { .. }
+        | Error::AllSkipped { .. } => error.to_string(),
         _ => "it is no record that can be read".to_owned(),
     }
 }

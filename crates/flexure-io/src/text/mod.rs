@@ -72,7 +72,11 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
         _ => &head[..],
     };
     let Some(layout) = Layout::of(whole, options).map_err(at)? else {
-        return Err(Error::Empty { path: path.to_owned() });
+        let path = path.to_owned();
+        return Err(match options.skip {
+            0 => Error::Empty { path },
+            lines => Error::AllSkipped { path, lines },
+        });
     };
     // Of one column, a blank line may be a missing sample.
     let heading = if layout.names.len() > 1 {

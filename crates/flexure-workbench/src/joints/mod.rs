@@ -20,6 +20,7 @@ use flexure::bands::Band;
 use flexure::identify::robot_joint::{
     AxisDrive, Estimated, Extra, Finding, FlexibleJoint, IdentifiedJoint, RigidJoint, TwoLinkArm, TwoLinkLog,
 };
+use flexure::text::shown_path;
 use flexure_io::RecordFile;
 use flexure_report::data::JointPage;
 use serde_json::{Value, json};
@@ -144,7 +145,7 @@ pub fn identify(log: Log, settings: &Settings, file: &RecordFile, spelling: Spel
             bail!(
                 "{}: the {name} comes out negative ({}), which cannot be: check the torque's sign ({} turns it), which columns are the \
                  motor's and which the link's, and the gear ratio",
-                file.path.display(),
+                shown_path(&file.path),
                 text::with_error(inertia),
                 spelling("torque-constant", Some("-1"))
             );

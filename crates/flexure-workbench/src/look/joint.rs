@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use flexure::identify::robot_joint::{Estimated, Extra};
 use flexure::look::{Look, Relation};
-use flexure::text::with_error;
+use flexure::text::{shown_path, with_error};
 use flexure_io::RecordFile;
 
 use super::Request;
@@ -141,7 +141,7 @@ fn trial(file: &RecordFile, joints: &[Joint], command: &Command, sample_time: f6
     };
     let (joint, motions) = identified().map_err(|error| {
         let text = error.to_string();
-        let path = format!("{}: ", file.path.display());
+        let path = format!("{}: ", shown_path(&file.path));
         text.strip_prefix(&path).unwrap_or(&text).to_owned()
     })?;
     for (name, Estimated { value, standard_error }) in joint.inertias() {

@@ -3,6 +3,7 @@
 use anyhow::{Result, bail};
 use flexure::Record;
 use flexure::preparation::{fill, nominal_step};
+use flexure::text::shown_path;
 use flexure_io::{Instants, RecordFile};
 
 use crate::text::{decimal, grouped};
@@ -52,9 +53,9 @@ impl Table {
             }
         }
         if columns.is_empty() {
-            bail!("{}: there is no column but the time", file.path.display());
+            bail!("{}: there is no column but the time", shown_path(&file.path));
         }
-        let name = file.path.display().to_string();
+        let name = shown_path(&file.path);
         let uniform = |step: f64| (0..file.record.len()).map(|i| i as f64 * step).collect();
         let note = match (&instants, sample_time) {
             (Some(instants), Some(step)) => Some(format!(

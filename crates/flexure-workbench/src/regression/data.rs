@@ -3,6 +3,7 @@
 use anyhow::{Result, bail};
 use flexure::error::DataError;
 use flexure::record::SIZES;
+use flexure::text::shown_path;
 use flexure_io::RecordFile;
 
 use crate::labels::Labels;
@@ -110,7 +111,7 @@ impl<'a> RegressionData<'a> {
         if rows.len() <= self.x.len() {
             bail!(
                 "{}: {} rows{} for {} columns of x; a regression needs more rows than columns: name fewer columns, or take more samples",
-                file.path.display(),
+                shown_path(&file.path),
                 rows.len(),
                 self.weights.map_or("", |_| " of positive weight"),
                 self.x.len()
@@ -194,14 +195,14 @@ fn check_weights(file: &RecordFile, name: &str, weights: &[f64]) -> Result<()> {
         let line = file.line(sample).map_or(String::new(), |line| format!(", line {line}"));
         bail!(
             "{}{line}: column '{name}' is {} at sample {sample}, but a weight must be zero or positive",
-            file.path.display(),
+            shown_path(&file.path),
             weights[sample]
         );
     }
     if weights.iter().all(|w| *w == 0.0) {
         bail!(
             "{}: all weights in column '{name}' are zero; at least some rows must count",
-            file.path.display()
+            shown_path(&file.path)
         );
     }
     Ok(())

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use anyhow::{Result, bail};
 use flexure::Block;
 use flexure::nonlinearity::Curve;
+use flexure::text::shown_path;
 use flexure::validation::{estimate_initial_state_of_inputs, predict_ahead};
 use flexure_io::{ModelFile, RecordFile};
 
@@ -161,7 +162,7 @@ pub fn simulate(block: &Block, file: &RecordFile, inputs: &[&str]) -> Result<Vec
         (first, problem)
     });
     let line = file.line(sample).map_or(String::new(), |line| format!(", line {line}"));
-    bail!("{}{line}: {problem}", file.path.display());
+    bail!("{}{line}: {problem}", shown_path(&file.path));
 }
 
 /// The prediction `horizon` samples ahead, as `flexure predict --horizon` makes it; without a horizon the free run. Both start

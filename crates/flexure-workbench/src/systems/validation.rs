@@ -16,7 +16,7 @@ use crate::systems::json::tests;
 use crate::systems::prediction::{self, FreeRun, Outside, Start};
 use crate::systems::summary;
 use crate::text::number;
-use flexure::text::p_value;
+use flexure::text::{p_value, shown_path};
 
 /// On which samples a model is judged, and where its run starts.
 #[derive(Debug, Clone, Copy, Default)]
@@ -65,7 +65,7 @@ impl Judged {
         if skip >= y.len() {
             bail!(
                 "{}: leaving out the first {skip} of {} samples leaves nothing to compare",
-                file.path.display(),
+                shown_path(&file.path),
                 y.len()
             );
         }

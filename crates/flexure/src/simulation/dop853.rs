@@ -289,6 +289,18 @@ impl<X: StateVector> Dop853<X> {
         Err(self.failure(IntegrationFailure::TooManySteps { limit, stiff }))
     }
 
+    /// Refuses more instants than there are steps: each takes one at least.
+    pub(super) fn check_instants(&self, instants: usize) -> Result<()> {
+        let limit = self.tolerances.max_steps;
+        let needed = (instants as u64).saturating_sub(1);
+        if needed <= limit.saturating_sub(self.statistics.accepted) {
+            return Ok(());
+        }
+        let requirement =
+            "at least the number of samples, each of which takes a step; raise it, or lengthen the sample time";
+        Err(Error::parameter("max_steps", limit as f64, requirement))
+    }
+
     /// The derivative at the present time and state.
     fn evaluate_slope<F: Fn(f64, &X) -> X>(&mut self, rhs: &F) -> Result<X> {
         let slope = rhs(self.t, &self.x);

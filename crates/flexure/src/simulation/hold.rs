@@ -38,7 +38,7 @@ impl Sampling {
             return Err(invalid(
                 "duration",
                 duration,
-                "less than 100 million sample times (in s)",
+                "less than 100 million sample times (in s); shorten it, or lengthen the sample time",
             ));
         }
         Ok(Sampling {
@@ -70,7 +70,7 @@ impl Sampling {
 /// long intervals); `Break` stops.
 ///
 /// # Errors
-/// Those of [`Dop853::advance`].
+/// Those of [`Dop853::advance`]; [`Error::Parameter`] for more instants than `max_steps` can reach.
 pub fn run_held<X: StateVector, U, P, I>(
     solver: &mut Dop853<X>,
     plant: P,
@@ -84,6 +84,7 @@ where
     P: Fn(&X, &U) -> X,
     I: Fn(usize, &X) -> U,
 {
+    solver.check_instants(sampling.rows())?;
     let mut held = input(0, solver.x());
     row(0, solver.x(), &held);
     for k in 1..sampling.rows() {
@@ -104,7 +105,7 @@ where
 /// `row(k, x)` sees every instant's state; `watch` as in [`run_held`].
 ///
 /// # Errors
-/// Those of [`Dop853::advance`].
+/// Those of [`Dop853::advance`]; [`Error::Parameter`] for more instants than `max_steps` can reach.
 pub fn run_continuous<X: StateVector, P>(
     solver: &mut Dop853<X>,
     plant: P,
@@ -115,6 +116,7 @@ pub fn run_continuous<X: StateVector, P>(
 where
     P: Fn(f64, &X) -> X,
 {
+    solver.check_instants(sampling.rows())?;
     row(0, solver.x());
     for k in 1..sampling.rows() {
         solver.advance(&plant, sampling.instant(k), watch)?;
@@ -135,6 +137,7 @@ fn check(watch: &mut dyn FnMut(f64) -> ControlFlow<()>, time: f64) -> Result<()>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simulation::Tolerances;
 
     #[test]
     fn instants_are_multiples_of_the_sample_time_up_to_the_duration() {
@@ -143,6 +146,36 @@ mod tests {
         assert_eq!(rows(0.3, 0.1), 4); // 0.3 / 0.1 is just below 3
         assert_eq!(rows(0.35, 0.1), 4);
         assert_eq!(Sampling::new(1.0, 0.1).unwrap().instant(7), 7.0 * 0.1);
+    }
+
+    #[test]
+    fn more_instants_than_steps_are_refused_before_the_first() {
+        let tolerances = Tolerances {
+            max_steps: 20,
+            ..Tolerances::default()
+        };
+        let run = |duration: f64| {
+            let mut solver = Dop853::new(0.0, [1.0], tolerances)?;
+            let sampling = Sampling::new(duration, 0.1)?;
+            let mut rows = 0;
+            let watch = &mut |_| ControlFlow::Continue(());
+            let plant = |x: &[f64; 1], _: &()| [-x[0]];
+            run_held(
+                &mut solver,
+                plant,
+                |_, _| (),
+                &sampling,
+                &mut |_, _, _| rows += 1,
+                watch,
+            )?;
+            Ok::<usize, Error>(rows)
+        };
+        assert_eq!(run(1.0).unwrap(), 11);
+        let message = run(2.1).unwrap_err().to_string();
+        assert!(
+            message.contains("max_steps is 20") && message.contains("lengthen the sample time"),
+            "{message}"
+        );
     }
 
     #[test]

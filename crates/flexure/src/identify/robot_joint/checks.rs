@@ -4,8 +4,8 @@ use super::basis::range;
 use super::finding::Finding;
 use super::limits::{
     CLIPPED_RUN, CLIPPED_SHARE, FEWEST_PLATEAUS, FEWEST_REVERSALS, FEWEST_SAMPLES, MOST_DIFFERENT, MOST_TURNS, ONE_WAY,
-    PLATEAU_DEPTH, PLATEAU_FLAT, PLATEAU_STILL, PLATEAU_TOO_DEEP, PLATEAU_WINDOW, STANDS_STILL, STEEP_NOISE, TOGETHER,
-    TURN_WITHIN,
+    PLATEAU_DEPTH, PLATEAU_FLAT, PLATEAU_STILL, PLATEAU_SURE, PLATEAU_TOO_DEEP, PLATEAU_WINDOW, STANDS_STILL,
+    STEEP_NOISE, TOGETHER, TURN_WITHIN,
 };
 use super::smooth::Noise;
 use crate::error::{DataError, Error, Result};
@@ -139,17 +139,25 @@ fn plateau(tau: &[f64]) -> Option<Clipped> {
     let mut found: Option<Clipped> = None;
     for sign in [1.0, -1.0] {
         let bottom = if sign > 0.0 { high } else { -low } - PLATEAU_DEPTH * unit;
-        let (mut samples, mut runs, mut level, mut bend) = (0, 0, 0.0, 0.0);
+        let (mut samples, mut runs, mut level) = (0, 0, 0.0);
+        // The bend of all runs, its variance, and that of peaks in place of plateaus, all weighted by the samples.
+        let (mut bend, mut variance, mut of_peaks) = (0.0, 0.0, 0.0);
         for run in means.chunk_by(|a, b| (sign * a >= bottom) == (sign * b >= bottom)) {
             if sign * run[0] < bottom || run.len() < 3 * PLATEAU_WINDOW {
                 continue;
             }
+            let whole = run.len() as f64;
             // Without the ways up and down.
             let run = &run[PLATEAU_WINDOW / 2..run.len() - PLATEAU_WINDOW / 2];
+            let length = run.len() as f64;
             let third = run.len() / 3;
             let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
             let (inner, last) = (&run[third..run.len() - third], &run[run.len() - third..]);
-            bend += sign * (mean(inner) - 0.5 * (mean(&run[..third]) + mean(last))) * run.len() as f64;
+            bend += sign * (mean(inner) - 0.5 * (mean(&run[..third]) + mean(last))) * length;
+            // A parabola of this depth over the whole run, whose outer thirds lie 4/9 of its depth below the middle one.
+            of_peaks += 4.0 / 9.0 * PLATEAU_DEPTH * unit * (length / whole).powi(2) * length;
+            // Three means over a third and a window each, of which the outer two count half.
+            variance += (unit * length).powi(2) * 1.5 * PLATEAU_WINDOW as f64 / (third + PLATEAU_WINDOW) as f64;
             level += run.iter().sum::<f64>();
             samples += run.len();
             runs += 1;
@@ -158,6 +166,7 @@ fn plateau(tau: &[f64]) -> Option<Clipped> {
         if runs >= FEWEST_PLATEAUS
             && count > CLIPPED_SHARE * n as f64
             && bend < PLATEAU_FLAT * unit * count
+            && bend + PLATEAU_SURE * variance.sqrt() < 0.5 * of_peaks
             && found.is_none_or(|f| samples > f.samples)
         {
             let value = level / count;

@@ -120,8 +120,9 @@ impl fmt::Display for Finding {
             Finding::Memory { effect, share } => write_memory(f, effect, share),
             Finding::ClippedTorque { samples, value } => write!(
                 f,
-                "the torque stays at its extreme {value} for {samples} samples: it is clipped there, and what really \
-                 acted is not in the record; excite less, or widen the torque's range"
+                "the torque stays at its extreme {} for {samples} samples: it is clipped there, and what really \
+                 acted is not in the record; excite less, or widen the torque's range",
+                decimal(value)
             ),
             Finding::NeverReverses { share } => write!(
                 f,

@@ -152,7 +152,7 @@ impl FlexibleJoint<'_> {
             },
             None => joint.motor_inertia_of(outcome.factor(0), link_inertia.value),
         };
-        let forms = [outcome.forms_of(&place)];
+        let forms = outcome.forms_of(&[place]);
         let [model] = <[JointModel; 1]>::try_from(outcome.model(&[place], &forms)?.joints).ok()?;
         let [forms] = forms;
         let times = |acceleration: &[f64], inertia: f64| acceleration.iter().map(|a| inertia * a).collect();

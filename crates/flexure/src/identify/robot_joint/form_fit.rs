@@ -17,6 +17,7 @@ use super::limits::{AS_WELL, LONGEST_LOG_STEP, STRIBECK_SHARES, TERM_SLOPE_STEP}
 use super::normal::Covariance;
 use super::profile;
 use super::system::Splines;
+use crate::parallel;
 
 /// Equations of motion in which some curves have physical forms.
 pub(super) struct FormEquations<'a> {
@@ -131,10 +132,9 @@ impl<'a> FormEquations<'a> {
     /// `condensed` is that of the same equations with any terms.
     pub fn fit(&self, condensed: &Condensed, starts: &[Vec<f64>]) -> Option<FormFit> {
         let logs = self.layout().logs();
-        let starts = starts.iter().filter(|s| s.len() == logs);
-        let minima: Vec<Minimum> = starts
-            .filter_map(|s| Some(self.in_order(condensed.minimum(&self.curves, s, None)?)))
-            .collect();
+        let starts: Vec<&Vec<f64>> = starts.iter().filter(|s| s.len() == logs).collect();
+        let minima = parallel::batch(&starts, |s| condensed.minimum(&self.curves, s, None));
+        let minima: Vec<Minimum> = minima.into_iter().flatten().map(|m| self.in_order(m)).collect();
         let lowest = minima.iter().min_by(|a, b| a.objective.total_cmp(&b.objective))?;
         let best = self
             .possible_instead(condensed, lowest, &minima)

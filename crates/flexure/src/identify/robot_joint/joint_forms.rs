@@ -1,6 +1,8 @@
 //! Curves of equations of motion in physical forms: each one beside the other curves as they are free, then all together.
 
-use super::candidates::{candidates, friction_of_an_arm, no_more_certain, possible_friction, stiffness_of_an_arm};
+use super::candidates::{
+    FormStart, candidates, friction_of_an_arm, no_more_certain, possible_friction, stiffness_of_an_arm,
+};
 use super::condensed::FormedCurve;
 use super::equations::Equations;
 use super::form_fit::{FormEquations, FormFit};
@@ -9,6 +11,7 @@ use super::free_outcome::FreeOutcome;
 use super::outcome::{Estimated, Fitted, JointModel};
 use super::parameters::{Place, estimated, fitted, retest};
 use super::system::System;
+use crate::parallel;
 
 /// A curve with the terms of its form.
 struct Formed {
@@ -26,6 +29,16 @@ pub(super) struct JointPlace {
     /// The numbers of the factors that are reported beside the forms of stiffness and friction.
     pub motor: Option<usize>,
     pub link: Option<usize>,
+}
+
+/// A free curve of which forms are wanted.
+pub(super) struct FreeCurve {
+    /// Its number.
+    pub curve: usize,
+    /// Whether forms without a constant get one.
+    pub offset: bool,
+    /// The factor that is reported beside the forms.
+    pub inertia: Option<usize>,
 }
 
 /// The forms of a joint's curves.
@@ -75,37 +88,64 @@ impl<'a> FreeOutcome<'a> {
         }
     }
 
-    /// All forms of a curve. `offset` adds a constant to those without one; `inertia` is the factor that is reported beside them.
-    pub fn forms(&self, curve: usize, offset: bool, inertia: Option<usize>) -> Vec<Fitted> {
-        let terms = Vec::new();
-        let mut equations = self.equations(vec![Formed { curve, terms }]);
-        let Some(condensed) = equations.condensed() else {
-            return Vec::new();
-        };
-        let place = Place {
-            in_fit: 0,
-            curve,
-            inertia,
-        };
-        let forms = candidates(&self.system.curves[curve])
-            .into_iter()
-            .filter_map(|candidate| {
-                equations.curves[0].terms = candidate.form.terms(offset);
-                let fit = equations.fit(&condensed, &candidate.starts)?;
-                Some(fitted(candidate.form, &fit, place, self))
-            });
-        forms.collect()
+    /// All forms of these curves, each curve with all others free.
+    pub fn forms(&self, curves: &[FreeCurve]) -> Vec<Vec<Fitted>> {
+        let condensed = parallel::batch(curves, |free| {
+            let terms = Vec::new();
+            self.equations(vec![Formed {
+                curve: free.curve,
+                terms,
+            }])
+            .condensed()
+        });
+        let jobs: Vec<(usize, FormStart)> = (0..curves.len())
+            .flat_map(|i| {
+                candidates(&self.system.curves[curves[i].curve])
+                    .into_iter()
+                    .map(move |form| (i, form))
+            })
+            .collect();
+        let fits = parallel::batch(&jobs, |(i, candidate)| {
+            let free = &curves[*i];
+            let terms = candidate.form.terms(free.offset);
+            let equations = self.equations(vec![Formed {
+                curve: free.curve,
+                terms,
+            }]);
+            let fit = equations.fit(condensed[*i].as_ref()?, &candidate.starts)?;
+            let place = Place {
+                in_fit: 0,
+                curve: free.curve,
+                inertia: free.inertia,
+            };
+            Some((*i, fitted(candidate.form, &fit, place, self)))
+        });
+        let mut forms: Vec<Vec<Fitted>> = curves.iter().map(|_| Vec::new()).collect();
+        fits.into_iter().flatten().for_each(|(i, form)| forms[i].push(form));
+        forms
     }
 
-    /// The forms of a joint's curves, each with all other curves free.
-    pub fn forms_of(&self, joint: &JointPlace) -> JointForms {
-        JointForms {
-            stiffness: self.forms(joint.stiffness, false, None),
-            friction: self.forms(joint.friction, false, joint.link),
-            motor_friction: joint
-                .motor_friction
-                .map_or_else(Vec::new, |curve| self.forms(curve, false, None)),
-        }
+    /// The forms of the joints' curves, each with all other curves free.
+    pub fn forms_of<const N: usize>(&self, joints: &[JointPlace; N]) -> [JointForms; N] {
+        let free = |curve, inertia| FreeCurve {
+            curve,
+            offset: false,
+            inertia,
+        };
+        let of_joint = |joint: &JointPlace| {
+            let motor = joint.motor_friction.map(|curve| free(curve, None));
+            [free(joint.stiffness, None), free(joint.friction, joint.link)]
+                .into_iter()
+                .chain(motor)
+        };
+        let curves: Vec<FreeCurve> = joints.iter().flat_map(of_joint).collect();
+        let mut forms = self.forms(&curves).into_iter();
+        let mut next = || forms.next().unwrap_or_default();
+        joints.each_ref().map(|joint| JointForms {
+            stiffness: next(),
+            friction: next(),
+            motor_friction: joint.motor_friction.map_or_else(Vec::new, |_| next()),
+        })
     }
 
     /// All curves in the forms that an arm can have, in all equations.

@@ -8,6 +8,7 @@ use super::condensed::{Condensed, FormedCurve, Held, Minimum};
 use super::form_fit::FormFit;
 use super::layout::FormParameter;
 use super::limits::{LEAST_UNIT, PROFILE_STEPS};
+use crate::parallel;
 use crate::quantiles::CHI_SQUARED_95;
 
 /// The intervals of all unknowns of a fit whose condensed minimum is `best`; other `minima` that fit as well are in them.
@@ -20,8 +21,8 @@ pub(super) fn intervals(
 ) -> Vec<[f64; 2]> {
     let n = fit.solution.x.len();
     let scale = fit.solution.squares / (2.0 * fit.solution.lines() as f64 - n as f64).max(1.0);
-    let mut intervals = vec![[f64::NAN; 2]; fit.layout.fixed];
-    for parameter in fit.layout.parameters() {
+    let parameters: Vec<FormParameter> = fit.layout.parameters().collect();
+    let of_parameters = parallel::batch(&parameters, |&parameter| {
         let (unknown, value) = (fit.layout.unknown(parameter), best.value(parameter));
         // A factor near zero is no measure of its own uncertainty.
         let unit = match parameter {
@@ -60,7 +61,7 @@ pub(super) fn intervals(
         }
         // About the value with which the equations themselves end.
         let shift = fit.solution.x[unknown] - value;
-        intervals.push([interval[0] + shift, interval[1] + shift]);
-    }
-    intervals
+        [interval[0] + shift, interval[1] + shift]
+    });
+    [vec![[f64::NAN; 2]; fit.layout.fixed], of_parameters].concat()
 }

@@ -12,6 +12,7 @@ use super::equations::Lines;
 use super::finding::Finding;
 use super::fourier::Modulation;
 use super::free_outcome::FreeOutcome;
+use super::joint_forms::FreeCurve;
 use super::joint_signals::of_inertia;
 use super::limits::{HIGHEST_RIGID, NOISE_ROUNDS, RESOLVED, SAMPLES_A_CONSTANT};
 use super::motion::modulation;
@@ -157,7 +158,12 @@ impl RigidJoint<'_> {
 
     /// The result; `None` if not even the simplest form can be fitted.
     fn outcome(&self, signals: &Signals, outcome: &FreeOutcome, noise: &Noise) -> Option<RigidAxis> {
-        let forms = outcome.forms(0, true, Some(INERTIA));
+        let friction = FreeCurve {
+            curve: 0,
+            offset: true,
+            inertia: Some(INERTIA),
+        };
+        let forms = outcome.forms(&[friction]).pop()?;
         let viscous = forms
             .first()?
             .parameter("Fv")

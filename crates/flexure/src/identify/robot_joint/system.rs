@@ -127,7 +127,7 @@ impl<'a> Curve<'a> {
 }
 
 /// The part of each equation's noise that the encoders make, for given factors.
-pub(super) type EncoderNoise<'a> = Box<dyn Fn(&[f64]) -> Vec<Vec<f64>> + 'a>;
+pub(super) type EncoderNoise<'a> = Box<dyn Fn(&[f64]) -> Vec<Vec<f64>> + Sync + 'a>;
 
 /// Equations of motion.
 pub(super) struct System<'a> {

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::error::ParameterError;
+use crate::signal::{Phases, multisine};
 
 #[test]
 fn a_torque_clipped_before_its_noise_and_angles_in_degrees_are_said() {
@@ -29,6 +30,16 @@ fn a_torque_clipped_before_its_noise_and_angles_in_degrees_are_said() {
     let levels: Vec<f64> = (0..20_000).map(|i| f64::from((i / 500 * 3) % 7)).collect();
     for torque in [sine, levels] {
         assert_eq!(super::checks::clipped(&noisy(&torque, 0.05, 4)), None);
+    }
+    // Nor are those of a low-crest multisine, of which many are as high; this one was taken for clipped.
+    for seed in 1..=8 {
+        let low_crest = Phases::LowCrest { seed };
+        let multisine = multisine(60_000, 0.001, 40.0, 0.05, 3.0, low_crest).unwrap();
+        assert_eq!(
+            super::checks::clipped(&noisy(&multisine, 0.4, seed)),
+            None,
+            "seed {seed}"
+        );
     }
     let degrees: Vec<f64> = position.iter().map(|q| q.to_degrees()).collect();
     let said = rigid(&degrees, &torque).identify().unwrap();

@@ -28,7 +28,7 @@ impl ArmSignals<'_> {
             motor: Some(factor::MOTORS[joint]),
             link: None,
         });
-        let forms = places.map(|place| outcome.forms_of(&place));
+        let forms = outcome.forms_of(&places);
         let model = outcome.model(&places, &forms)?;
         let models = <[JointModel; 2]>::try_from(model.joints).ok()?;
         let InertialTorques { rotors, links } = self.inertial_torques(&outcome.solved.factors());
