@@ -198,7 +198,7 @@ fn control_characters_do_not_reach_the_terminal() {
     }
     // A line break in the name of a file begins no line.
     folder.write("a\nwrote b.csv", "u,y\n1,2\n");
-    for command in ["look", "identify --input u --output y", "export --to c -o o.c"] {
+    for command in ["look", "identify --input u --output y"] {
         let outcome = common::outcome(folder.command(command).arg("a\nwrote b.csv"));
         let printed = outcome.stdout + &outcome.stderr;
         assert!(printed.contains(r"a\u000awrote b.csv"), "{command}: {printed}");

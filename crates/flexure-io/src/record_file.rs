@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use flexure::Record;
+use flexure::text::shown_path;
 
 use crate::error::{Error, LineProblem, Result};
 
@@ -125,10 +126,10 @@ impl RecordFile {
         }
     }
 
-    /// The file's name without its folder.
+    /// The file's name without its folder, as a part of a line.
     pub fn name(&self) -> String {
         let name = self.path.file_name();
-        name.map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
+        name.map(|name| shown_path(name.as_ref())).unwrap_or_default()
     }
 
     /// The samples of one column, as they are; `name` may have the unit behind it that the header has, as in `u [V]`.

@@ -215,14 +215,14 @@ impl Fleet<'_> {
             Ok(text) if serde_json::from_str::<Value>(&text).is_ok_and(|begun| begun == asked) => Ok(()),
             Ok(_) => bail!(
                 "{}: these results were begun with other choices, or by another version; write to another folder, or remove this one",
-                shown_path(&self.results)
+                shown_path(self.results)
             ),
             Err(_) => {
                 let mut there = fs::read_dir(self.results).into_iter().flatten();
                 if there.next().is_some() {
                     bail!(
                         "{}: this folder has other files; write to one that is new or empty",
-                        shown_path(&self.results)
+                        shown_path(self.results)
                     );
                 }
                 make_folder(self.results.join(ROWS))?;
