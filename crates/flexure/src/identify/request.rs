@@ -1,7 +1,7 @@
 //! What is to be identified, by which structure, from what, and with which choices.
 
-use std::cell::OnceCell;
 use std::ops::{ControlFlow, RangeInclusive};
+use std::sync::OnceLock;
 
 use super::block::{Monitor, Prepared};
 use super::hammerstein::options::{HammersteinMethod, RefinedHammerstein};
@@ -76,7 +76,7 @@ pub struct Request<'a> {
     pub output: &'a str,
     /// What there is to choose.
     pub options: Options,
-    prepared: OnceCell<Prepared>,
+    prepared: OnceLock<Prepared>,
 }
 
 impl<'a> Request<'a> {
@@ -87,7 +87,7 @@ impl<'a> Request<'a> {
             inputs,
             output,
             options,
-            prepared: OnceCell::new(),
+            prepared: OnceLock::new(),
         }
     }
 

@@ -52,6 +52,14 @@ pub(in crate::identify) fn whitening_filter(problem: &impl Residuals, residuals:
     (filter.len() > 1).then_some(filter)
 }
 
+impl<P> Whitened<'_, P> {
+    /// Columns coloured as the error is.
+    pub fn coloured(&self, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let colour = TransferFunction::monic(vec![1.0], self.filter[1..].to_vec());
+        parallel::batch(columns, |column| colour.simulate(column))
+    }
+}
+
 impl<P: Residuals> Whitened<'_, P> {
     /// How much the sum of squared simulation errors of a true model may rise from least squares, which ended in `at`, to
     /// generalised least squares; `None` if a Gauss-Newton step already rises by more.
@@ -67,9 +75,7 @@ impl<P: Residuals> Whitened<'_, P> {
         let (from, n) = (self.from(), jacobian.len());
         let plain = normal_equations(&residuals, &jacobian, from);
         let white = normal_equations(&white.residuals, &white.jacobian, from);
-        let colour = TransferFunction::monic(vec![1.0], self.filter[1..].to_vec());
-        let coloured: Vec<Vec<f64>> = parallel::batch(&jacobian, |c| colour.simulate(c));
-        let coloured = normal_equations(&residuals, &coloured, from);
+        let coloured = normal_equations(&residuals, &self.coloured(&jacobian), from);
         let degrees = (residuals.len() - from).checked_sub(n).filter(|degrees| *degrees > 0)?;
         let variance = white.cost / degrees as f64;
         let [by_plain, by_white] = [&plain, &white].map(|equations| UnitDiagonal::new(equations).inverse());

@@ -302,3 +302,8 @@ pub const RUN_AWAY: f64 = 9.0;
 pub const POOR: f64 = 0.25;
 /// One that is larger by less than this factor is as good. Convention.
 pub const AS_GOOD_RESTARTED: f64 = 1.5;
+
+/// By how many standard errors a parameter is changed to see what the blocks do.
+pub const BAND_STEP: f64 = 1e-3;
+/// Points of a band between which it is interpolated.
+pub const BAND_POINTS: usize = 201;

@@ -9,7 +9,7 @@
 //! | the search, the same for all, and its changes: poles and zeros, pieces, kinks, a second instant | `search`, `candidate`; `changes`, `pieces`, `kinks`, `intersample` |
 //! | whether the result survives another start of its run | `restart` |
 //! | thresholds; progress | `limits`; `monitor` |
-//! | blocks in the record's units | `units` |
+//! | blocks in the record's units, their standard errors and bands | `units`, `uncertainty` |
 
 mod approximation;
 mod candidate;
@@ -37,6 +37,7 @@ mod spline;
 mod sum;
 mod sum_starts;
 mod system;
+mod uncertainty;
 mod units;
 
 pub(super) use {
@@ -62,5 +63,6 @@ pub(super) use {
     spline::{Kink, KinkedSpline, Roughness, Tangent, thinned},
     sum::find_sum,
     system::{FreeParts, System},
+    uncertainty::{Band, Uncertainty, add_errors},
     units::{Blocks, Normalised, tabulated},
 };

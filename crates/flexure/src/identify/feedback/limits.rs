@@ -58,10 +58,6 @@ pub const PASSES_CONSTANT: f64 = 0.05;
 pub const SMALLEST_GAIN: f64 = 0.003;
 /// Samples of these impulse responses.
 pub const RESPONSE: usize = 500;
-/// By how many standard errors a parameter is changed to see what the curve does.
-pub const BAND_STEP: f64 = 1e-3;
-/// Points of the band between which it is interpolated.
-pub const BAND_POINTS: usize = 201;
 /// A polynomial goes on beyond its data by this share of their range on either side; then straight.
 pub const CONTINUED_SHARE: f64 = 0.5;
 

@@ -10,17 +10,16 @@
 //! - Where a constant does not pass from the input or from w to z, there is no such f. Then its tangent at the median of z is moved into
 //!   the linear part, and its scale is that of the output.
 
-use super::limits::{BAND_POINTS, BAND_STEP, CONTINUED_SHARE, NAMING_SHARE, PASSES_CONSTANT, RESPONSE, SMALLEST_GAIN};
+use super::limits::{CONTINUED_SHARE, NAMING_SHARE, PASSES_CONSTANT, RESPONSE, SMALLEST_GAIN};
 use super::loss::LoopError;
 use super::search::on_breakpoints;
 use super::system::{Entering, Loop, Observed, dot};
 use crate::error::Result;
-use crate::identify::block::{Residuals, Scale, UnitDiagonal, normal_equations, tabulated};
+use crate::identify::block::{Band, Residuals, Scale, Uncertainty, normal_equations, tabulated};
 use crate::identify::result::StaticBlock;
 use crate::linalg::{Matrix, Vector};
 use crate::linear::correlation::{mean, variance};
 use crate::model::{FeedbackLevels, FeedbackModel};
-use crate::quantiles::NORMAL_95;
 
 /// What enters the nonlinearity, as far as it has a name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -113,15 +112,16 @@ impl InUnits {
             .zip(line)
             .for_each(|(c, x)| *c += own.slope * x + own.level);
         let mut nonlinearity = tabulated(&whole, &z, to_units, |v| v)?;
-        let band = band(&system, data, dependence, &sorted, |system, z| {
+        let ends = [sorted[0], sorted[sorted.len() - 1]];
+        let band = band(&system, data, dependence, ends, |system, z| {
             value(system, ordinate(system), z)
         });
         if let Some(band) = band {
             let back = |x: f64| (x - abscissa.level) / abscissa.slope;
             nonlinearity.band = nonlinearity.curve.x().iter().map(|x| band.at(back(*x))).collect();
-            nonlinearity.band_label = "95 % pointwise, for this structure and these breakpoints";
+            nonlinearity.band_label = Band::LABEL;
         }
-        let mut seen = [sorted[0], sorted[sorted.len() - 1]].map(to_units);
+        let mut seen = ends.map(to_units);
         seen.sort_unstable_by(f64::total_cmp);
         Ok(InUnits {
             model: model(&system, own, abscissa, [input, output], nonlinearity.curve.clone()),
@@ -252,61 +252,23 @@ fn model(
     }
 }
 
-/// Half widths of a band over z, straight between points.
-struct Band {
-    z: Vec<f64>,
-    width: Vec<f64>,
-}
-
-impl Band {
-    fn at(&self, z: f64) -> f64 {
-        let last = self.z.len() - 1;
-        let z = z.clamp(self.z[0], self.z[last]);
-        let right = self.z.partition_point(|p| *p <= z).clamp(1, last);
-        let share = (z - self.z[right - 1]) / (self.z[right] - self.z[right - 1]);
-        self.width[right - 1] + share * (self.width[right] - self.width[right - 1])
-    }
-}
-
-/// Pointwise half widths by the parameters' covariance and the derivatives of the curve, which differences give.
+/// The pointwise band of the curve by the parameters' covariance.
 fn band(
     system: &Loop,
     data: &Observed,
     dependence: f64,
-    sorted: &[f64],
-    curve: impl Fn(&Loop, f64) -> f64,
+    [low, high]: [f64; 2],
+    curve: impl Fn(&Loop, f64) -> f64 + Sync,
 ) -> Option<Band> {
     let problem = LoopError::new(system.clone(), data);
     let start = problem.start();
     let at = problem.linearise(&start);
     let equations = normal_equations(&at.residuals, &at.jacobian, 0);
-    let count = start.len();
-    let inverse = UnitDiagonal::new(&equations).inverse()?;
-    let degrees = data.counted().checked_sub(count).filter(|d| *d > 0)?;
-    let power = dependence * equations.cost / degrees as f64;
-    let (low, high) = (sorted[0], sorted[sorted.len() - 1]);
-    let z: Vec<f64> = (0..BAND_POINTS)
-        .map(|i| low + (high - low) * i as f64 / (BAND_POINTS - 1) as f64)
-        .collect();
-    let derivatives: Vec<Vec<f64>> = (0..problem.directions())
-        .map(|p| {
-            let step = BAND_STEP * (power * inverse[p * count + p]).sqrt();
-            let moved = |sign: f64| {
-                let mut q = start.clone();
-                q[p] += sign * step;
-                problem.with(&q)
-            };
-            let [up, down] = [moved(1.0), moved(-1.0)];
-            z.iter()
-                .map(|z| (curve(&up, *z) - curve(&down, *z)) / (2.0 * step))
-                .collect()
-        })
-        .collect();
-    let width = |k: usize| {
-        let g: Vec<f64> = derivatives.iter().map(|d| d[k]).collect();
-        let each = g.iter().enumerate().map(|(i, a)| a * dot(&inverse[i * count..], &g));
-        NORMAL_95 * (power * each.sum::<f64>()).max(0.0).sqrt()
-    };
-    let width: Vec<f64> = (0..BAND_POINTS).map(width).collect();
-    width.iter().all(|w| w.is_finite()).then_some(Band { z, width })
+    let uncertainty = Uncertainty::of_independent(start, &equations, data.counted(), dependence)?;
+    let z = Band::points([low, high]);
+    let derived = uncertainty.of(|parameters| {
+        let system = problem.with(parameters);
+        Some(z.iter().map(|z| curve(&system, *z)).collect())
+    })?;
+    Some(Band::new(z.clone(), &derived, 0))
 }

@@ -270,6 +270,19 @@ pub struct CoefficientErrors {
     pub covariance: Vec<f64>,
 }
 
+impl CoefficientErrors {
+    /// By the covariance of `count` coefficients of b behind a delay and all of a but the first.
+    pub(in crate::identify) fn new(covariance: Vec<f64>, delay: usize, count: usize) -> Self {
+        let size = covariance.len().isqrt();
+        let error = |i: usize| covariance[i * size + i].max(0.0).sqrt();
+        CoefficientErrors {
+            b: std::iter::repeat_n(0.0, delay).chain((0..count).map(error)).collect(),
+            a: std::iter::once(0.0).chain((count..size).map(error)).collect(),
+            covariance,
+        }
+    }
+}
+
 impl LinearBlock {
     /// A transfer function without standard errors.
     pub fn of(system: TransferFunction) -> BlockKind {

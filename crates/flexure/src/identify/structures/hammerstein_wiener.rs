@@ -22,7 +22,7 @@
 //! no such line, V has the input's mean and standard deviation.
 
 use super::super::block::{
-    KinkedSpline, Monitor, Normalised, Prepared, System, Tried, hammerstein_branches, tabulated,
+    KinkedSpline, Monitor, Normalised, Prepared, System, Tried, add_errors, hammerstein_branches, tabulated,
 };
 use super::limits::NO_LINE;
 use crate::error::Result;
@@ -67,8 +67,10 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     let found = hammerstein_branches::find(&prepared.data, true, &mut monitor);
     monitor.finished()?;
     let found = found.unwrap_or_else(|| hammerstein_branches::without_start(true));
-    let path = path(request, blocks(&found.system, &prepared)?);
-    let run = Run::new(&samples, path.model(0.0), vec![path], found.system.degrees())?;
+    let paths_of = |system: &System| Ok(vec![path(request, blocks(system, &prepared)?)]);
+    let mut paths = paths_of(&found.system)?;
+    add_errors(&mut paths, &found.system, &prepared.data, paths_of);
+    let run = Run::new(&samples, paths[0].model(0.0), paths, found.system.degrees())?;
     let why = "poles, numerator coefficients and delay added and taken away while Schwarz's criterion of the free-run error falls";
     let order = run.paths[0].order().to_string();
     Ok(Identification {

@@ -140,22 +140,12 @@ fn blocks(system: &LinearSystem, gains: &[f64], covariance: Option<&[f64]>) -> R
             system: TransferFunction::new(b, a.clone())?,
             errors: covariance
                 .map(mine_alone)
-                .map(|own| coefficient_errors(own, orders.delay, orders.count)),
+                .map(|own| CoefficientErrors::new(own, orders.delay, orders.count)),
             impulse: None,
         });
         first += orders.count;
     }
     Ok(blocks)
-}
-
-fn coefficient_errors(covariance: Vec<f64>, delay: usize, count: usize) -> CoefficientErrors {
-    let size = covariance.len().isqrt();
-    let error = |i: usize| covariance[i * size + i].max(0.0).sqrt();
-    CoefficientErrors {
-        b: std::iter::repeat_n(0.0, delay).chain((0..count).map(error)).collect(),
-        a: std::iter::once(0.0).chain((count..size).map(error)).collect(),
-        covariance,
-    }
 }
 
 /// How the orders were chosen.

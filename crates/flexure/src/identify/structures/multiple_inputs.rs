@@ -10,7 +10,7 @@
 //! and every nonlinearity zero mean over the fit's inputs; the offset has the rest.
 
 use super::super::block::{
-    Monitor, Normalised, Prepared, SearchResult, System, Tried, hammerstein_branches, tabulated,
+    Monitor, Normalised, Prepared, SearchResult, System, Tried, add_errors, hammerstein_branches, tabulated,
 };
 use crate::error::{Error, Result};
 use crate::identify::request::{Progress, Request, Structure};
@@ -63,7 +63,10 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     let found = hammerstein_branches::find(&prepared.data, false, &mut monitor);
     monitor.finished()?;
     let SearchResult { system, tried } = found.unwrap_or_else(|| hammerstein_branches::without_start(false));
-    let Branches { paths, offset } = in_units(&system, &prepared, inputs)?;
+    let Branches { mut paths, offset } = in_units(&system, &prepared, inputs)?;
+    add_errors(&mut paths, &system, &prepared.data, |system| {
+        Ok(in_units(system, &prepared, inputs)?.paths)
+    });
     let blocks = paths.iter().flat_map(Path::series).map(Block::Series).collect();
     let model = Block::Series(vec![Block::Inputs(blocks), Block::Offset(offset)]);
     let run = Run::new(&samples, model, paths, system.degrees())?;

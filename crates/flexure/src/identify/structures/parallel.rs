@@ -23,7 +23,7 @@
 //! straight part of a nonlinearity. Branches are comparable with physical ones only where the signals that enter their
 //! nonlinearities differ.
 
-use super::super::block::{Blocks, Monitor, Prepared, System, Tried, delays, find_sum};
+use super::super::block::{Blocks, Monitor, Prepared, System, Tried, add_errors, delays, find_sum};
 use super::super::samples::Samples;
 use super::limits::{DELAY_SAMPLES, MOST_BRANCHES, MOST_CHOSEN_BRANCHES};
 use crate::error::{Error, Result};
@@ -91,7 +91,12 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     let prepared = samples.prepared().approximated(delay(&samples), &mut monitor);
     let found = find_sum(&prepared, counts, &mut monitor);
     monitor.finished()?;
-    let Branches { paths, offset } = in_units(&found.system, prepared, request)?;
+    let Branches { mut paths, offset } = in_units(&found.system, prepared.clone(), request)?;
+    if paths.len() == 1 {
+        add_errors(&mut paths, &found.system, &prepared.data, |system| {
+            Ok(in_units(system, prepared.clone(), request)?.paths)
+        });
+    }
     let sum = Block::Parallel(paths.iter().flat_map(Path::series).map(Block::Series).collect());
     let model = match offset == 0.0 {
         true => sum,

@@ -22,7 +22,7 @@
 //! Only the product of the blocks' gains and the sum of their delays are determined: both linear blocks are returned with
 //! unit static gain (or unit peak gain, where the static gain is less than a tenth of that).
 
-use super::super::block::{Blocks, FreeParts, Monitor, Tried, search, splits, without_start};
+use super::super::block::{Blocks, FreeParts, Monitor, Tried, add_errors, search, splits, without_start};
 use super::super::outcome::Warning;
 use crate::error::Result;
 use crate::identify::request::{Progress, Request, Structure};
@@ -73,8 +73,12 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     let blocks = Blocks::new(&found.system.branches[0], prepared)?;
     let acts_between = blocks.between_samples.is_some();
     let output_offset = blocks.offset;
-    let path = path(request, blocks.named());
-    let mut run = Run::new(&samples, path.model(output_offset), vec![path], found.system.degrees())?;
+    let mut paths = vec![path(request, blocks.named())];
+    add_errors(&mut paths, &found.system, &prepared.data, |system| {
+        let blocks = Blocks::new(&system.branches[0], prepared)?;
+        Ok(vec![path(request, blocks.named())])
+    });
+    let mut run = Run::new(&samples, paths[0].model(output_offset), paths, found.system.degrees())?;
     if prepared.is_weak() {
         run.warnings.push(Warning::WeakLinearApproximation {
             percent: 100.0 * prepared.explained(),

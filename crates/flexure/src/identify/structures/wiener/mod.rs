@@ -25,7 +25,7 @@ mod starts;
 #[cfg(test)]
 mod tests;
 
-use super::super::block::{Blocks, FreeParts, Monitor, Tried, search, without_start};
+use super::super::block::{Blocks, FreeParts, Monitor, System, Tried, add_errors, search, without_start};
 use crate::error::Result;
 use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{Identification, LinearBlock, NamedBlock, StructureName};
@@ -85,19 +85,23 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     let found = search(candidates, FreeParts::WIENER, &prepared.data, monitor);
     monitor.finished()?;
     let found = found.unwrap_or_else(|| without_start(&prepared.data));
-    let blocks = Blocks::new(&found.system.branches[0], prepared)?;
+    let paths_of = |system: &System| {
+        let blocks = Blocks::new(&system.branches[0], prepared)?;
+        let named = vec![
+            NamedBlock::new("linear", "Linear part", LinearBlock::of(blocks.front)),
+            NamedBlock::new("nonlinearity", "Nonlinearity", blocks.nonlinearity),
+        ];
+        Ok(vec![path(request, named)])
+    };
+    let mut paths = paths_of(&found.system)?;
+    add_errors(&mut paths, &found.system, &prepared.data, paths_of);
     let start = match from {
         WienerStart::LinearApproximation => "those of the best linear approximation",
         WienerStart::HigherMoments => {
             "those of an impulse response from higher moments of input and output, which did better than linear approximations"
         }
     };
-    let blocks = vec![
-        NamedBlock::new("linear", "Linear part", LinearBlock::of(blocks.front)),
-        NamedBlock::new("nonlinearity", "Nonlinearity", blocks.nonlinearity),
-    ];
-    let path = path(request, blocks);
-    let run = Run::new(&samples, path.model(0.0), vec![path], found.system.degrees())?;
+    let run = Run::new(&samples, paths[0].model(0.0), paths, found.system.degrees())?;
     Ok(Identification {
         details: start_details(start, linear, &run.paths),
         tried: found.tried.iter().filter_map(Tried::cascade).collect(),
