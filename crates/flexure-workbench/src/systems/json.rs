@@ -94,6 +94,9 @@ fn curve(block: &StaticBlock) -> Value {
     if !block.breakpoints.is_empty() {
         object["breakpoints"] = json!(block.breakpoints);
         object["kinks"] = json!(block.kinks);
+        if !block.kink_errors.is_empty() {
+            object["kink_errors"] = json!(block.kink_errors);
+        }
     }
     object
 }

@@ -14,7 +14,7 @@ use super::loss::Loss;
 use super::signals::Signals;
 use super::system::System;
 use crate::error::Result;
-use crate::identify::result::{BlockKind, CoefficientErrors, LinearBlock, Path, StaticBlock};
+use crate::identify::result::{BlockKind, CoefficientErrors, LinearBlock, Path};
 use crate::linear::levenberg_marquardt::{Linearisation, NormalEquations};
 use crate::parallel;
 use crate::quantiles::NORMAL_95;
@@ -190,8 +190,11 @@ fn kinds(paths: &[Path]) -> impl Iterator<Item = &BlockKind> {
 
 /// Which numbers tell of a block.
 enum Shape {
-    /// A curve at these points.
-    Curve(Vec<f64>),
+    /// A curve at these points, and so many kinks.
+    Curve {
+        x: Vec<f64>,
+        kinks: usize,
+    },
     /// So many coefficients of a numerator behind so long a delay, and of a denominator from the second on.
     Linear {
         delay: usize,
@@ -206,7 +209,10 @@ impl Shape {
         match kind {
             BlockKind::Static(block) => {
                 let x = block.curve.x();
-                Shape::Curve(Band::points([x[0], x[x.len() - 1]]))
+                Shape::Curve {
+                    x: Band::points([x[0], x[x.len() - 1]]),
+                    kinks: block.kinks.len(),
+                }
             }
             BlockKind::Linear(block) => {
                 let (b, delay) = (block.system.b(), block.delay());
@@ -222,7 +228,7 @@ impl Shape {
 
     fn count(&self) -> usize {
         match self {
-            Shape::Curve(x) => x.len(),
+            Shape::Curve { x, kinks } => x.len() + kinks,
             Shape::Linear { b, a, .. } => b + a,
             Shape::Other => 0,
         }
@@ -231,7 +237,10 @@ impl Shape {
     /// The numbers of a block of this shape.
     fn numbers(&self, kind: &BlockKind) -> Option<Vec<f64>> {
         match (self, kind) {
-            (Shape::Curve(x), BlockKind::Static(block)) => Some(x.iter().map(|x| block.curve.value(*x)).collect()),
+            (Shape::Curve { x, kinks }, BlockKind::Static(block)) => {
+                let values = x.iter().map(|x| block.curve.value(*x));
+                (block.kinks.len() == *kinks).then(|| values.chain(block.kinks.iter().copied()).collect())
+            }
             (Shape::Linear { delay, b, a }, BlockKind::Linear(block)) => {
                 let (own_b, own_a) = (block.system.b(), block.system.a());
                 let same = own_b.len() == delay + b && own_a.len() == a + 1;
@@ -245,18 +254,12 @@ impl Shape {
     /// Gives a block what follows from the numbers from `first` on.
     fn add_errors(&self, kind: &mut BlockKind, derived: &Derived<'_>, first: usize) {
         match (self, kind) {
-            (
-                Shape::Curve(x),
-                BlockKind::Static(StaticBlock {
-                    curve,
-                    band,
-                    band_label,
-                    ..
-                }),
-            ) => {
+            (Shape::Curve { x, kinks }, BlockKind::Static(block)) => {
                 let found = Band::new(x.clone(), derived, first);
-                *band = curve.x().iter().map(|x| found.at(*x)).collect();
-                *band_label = Band::LABEL;
+                block.band = block.curve.x().iter().map(|x| found.at(*x)).collect();
+                block.band_label = Band::LABEL;
+                let error = |k: usize| derived.standard_error(first + x.len() + k);
+                block.set_kink_errors((0..*kinks).map(error).collect());
             }
             (Shape::Linear { delay, b, a }, BlockKind::Linear(LinearBlock { errors, .. })) => {
                 let all = first..first + b + a;

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use crate::linear::TransferFunction;
 use crate::model::{FeedbackModel, LoopInput, LoopOutput, NarxModel, VolterraModel};
 use crate::nonlinearity::{Curve, Surface};
-use crate::text::{counted, number};
+use crate::text::{counted, number, with_error};
 
 /// Blocks in series.
 #[derive(Debug, Clone, PartialEq)]
@@ -177,6 +177,8 @@ pub struct StaticBlock {
     pub breakpoints: Vec<f64>,
     /// Points at which the slope of a spline changes at once, increasing, in the same unit.
     pub kinks: Vec<f64>,
+    /// Their standard errors; empty where they are not known.
+    pub kink_errors: Vec<f64>,
     /// How it was estimated, for reading.
     pub description: String,
 }
@@ -184,22 +186,34 @@ pub struct StaticBlock {
 impl StaticBlock {
     /// A cubic spline with kinks.
     pub fn spline(curve: Curve, breakpoints: Vec<f64>, kinks: Vec<f64>) -> Self {
-        let end = |x: Option<&f64>| x.map_or_else(String::new, |x| number(*x));
-        let description = format!(
-            "cubic spline of {} on [{}, {}]{}",
-            counted(breakpoints.len().saturating_sub(1), "piece"),
-            end(breakpoints.first()),
-            end(breakpoints.last()),
-            places(&kinks)
-        );
-        StaticBlock {
+        let mut block = StaticBlock {
             curve,
             band: Vec::new(),
             band_label: "",
             breakpoints,
             kinks,
-            description,
-        }
+            kink_errors: Vec::new(),
+            description: String::new(),
+        };
+        block.describe_spline();
+        block
+    }
+
+    /// Standard errors of the kinks of a spline, as many as there are kinks.
+    pub(in crate::identify) fn set_kink_errors(&mut self, errors: Vec<f64>) {
+        self.kink_errors = errors;
+        self.describe_spline();
+    }
+
+    fn describe_spline(&mut self) {
+        let end = |x: Option<&f64>| x.map_or_else(String::new, |x| number(*x));
+        self.description = format!(
+            "cubic spline of {} on [{}, {}]{}",
+            counted(self.pieces(), "piece"),
+            end(self.breakpoints.first()),
+            end(self.breakpoints.last()),
+            places(&self.kinks, &self.kink_errors)
+        );
     }
 
     /// A curve by an estimator of this name.
@@ -212,6 +226,7 @@ impl StaticBlock {
             band_label: "",
             breakpoints: Vec::new(),
             kinks: Vec::new(),
+            kink_errors: Vec::new(),
             description,
         }
     }
@@ -229,8 +244,13 @@ impl StaticBlock {
 }
 
 /// Where the kinks are, to follow the description of a spline.
-fn places(kinks: &[f64]) -> String {
-    let places: Vec<String> = kinks.iter().map(|at| number(*at)).collect();
+fn places(kinks: &[f64], errors: &[f64]) -> String {
+    let place = |(i, at): (usize, &f64)| {
+        errors
+            .get(i)
+            .map_or_else(|| number(*at), |error| with_error(*at, *error))
+    };
+    let places: Vec<String> = kinks.iter().enumerate().map(place).collect();
     match places.as_slice() {
         [] => String::new(),
         [one] => format!(", kink at {one}"),
