@@ -9,6 +9,7 @@ use flexure::error::ParameterError;
 use flexure::identify::hammerstein::MOST_ORDER;
 use flexure::identify::{Structure, structures};
 use flexure::nonlinearity::{EstimatorName, Kernel, Rule};
+use flexure::record::SIZES;
 use flexure::text::decimal;
 use flexure_workbench::Named;
 use flexure_workbench::preparation::conversion;
@@ -87,10 +88,10 @@ fn auto<T>(text: &str, parse: impl Fn(&str) -> Option<T>, expected: &str) -> Res
     }
 }
 
-/// A finite number for which `valid` holds.
+/// A number of a size with which there is no overflow, and for which `valid` holds.
 fn number(text: &str, valid: impl Fn(f64) -> bool) -> Option<f64> {
     let number = text.parse().ok();
-    number.filter(|v: &f64| v.is_finite() && valid(*v))
+    number.filter(|v: &f64| (*v == 0.0 || SIZES.contains(&v.abs())) && valid(*v))
 }
 
 /// `auto` or a whole number from 0.
@@ -144,9 +145,13 @@ pub fn fresh_share(text: &str) -> Result<f64, String> {
     share.ok_or_else(|| format!("expected a number from 0.05 to 0.9{}", as_share(text)))
 }
 
-/// A positive, finite number.
+/// A positive number.
 pub fn positive(text: &str) -> Result<f64, String> {
-    number(text, |v| v > 0.0).ok_or_else(|| format!("expected a positive number{}", without_unit(text)))
+    let sizes = || match text.parse().is_ok_and(|v: f64| v > 0.0) {
+        true => format!(" from {:e} to {:e}", SIZES.start(), SIZES.end()),
+        false => without_unit(text),
+    };
+    number(text, |v| v > 0.0).ok_or_else(|| format!("expected a positive number{}", sizes()))
 }
 
 /// What to write in place of a number with a unit of time or frequency.
@@ -225,6 +230,12 @@ pub fn memory(text: &str) -> Result<u64, String> {
     }
 }
 
+/// A whole even number from 2 to 20.
+pub fn even_order(text: &str) -> Result<usize, String> {
+    let order = whole::<2, 20>(text).ok().filter(|order| order % 2 == 0);
+    order.ok_or_else(|| "expected an even number from 2 to 20".to_owned())
+}
+
 /// The choice of this name.
 fn one_of<T: Copy>(text: &str, all: &[T], name: fn(T) -> &'static str) -> Result<T, String> {
     let names = || all.iter().map(|&choice| name(choice)).collect::<Vec<_>>().join(", ");
@@ -258,7 +269,7 @@ pub fn kernel(text: &str) -> Result<Kernel, String> {
 pub fn known_point(text: &str) -> Result<[f64; 2], String> {
     let point = text.split_once('=');
     let point = point.and_then(|(x, phi)| Some([number(x.trim(), |_| true)?, number(phi.trim(), |_| true)?]));
-    point.ok_or_else(|| "expected X=PHI, two numbers, for example 0=0".to_owned())
+    point.ok_or_else(|| "expected X=PHI, two numbers of at most 1e100, for example 0=0".to_owned())
 }
 
 /// Refuses two points that do not fix a scale and an offset.

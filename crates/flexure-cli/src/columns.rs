@@ -1,6 +1,6 @@
 //! Which columns of a record a system connects: those that are named, those of a model, or the only two that there are.
 
-use anyhow::Result;
+use anyhow::{Result, anyhow};
 use flexure::text::{shortened, shown_path};
 use flexure_io::{ModelFile, RecordFile};
 
@@ -32,7 +32,7 @@ impl Connected {
             (Some(inputs), Some(output)) => (inputs, output),
             (inputs, output) => {
                 let [first, second] = signals[..] else {
-                    return Err(unnamed(file, &signals, inputs.is_some(), output.is_some()).into());
+                    return Err(unnamed(file, &signals, inputs.is_some(), output.is_some()));
                 };
                 let other = |name: &str| if file.meant(name) == first { second } else { first };
                 let (input, output) = match (inputs.as_deref(), output) {
@@ -107,15 +107,15 @@ fn model_inputs<'a>(model: &ModelFile, given: &'a str) -> Result<Vec<&'a str>, U
 }
 
 /// The record leaves open which columns are meant.
-fn unnamed(file: &RecordFile, signals: &[&str], input: bool, output: bool) -> Usage {
+fn unnamed(file: &RecordFile, signals: &[&str], input: bool, output: bool) -> anyhow::Error {
     if signals.len() < 2 {
         let there = signals.first().map_or("there is no signal".to_owned(), |name| {
             format!("the only signal is {}", with_unit(file, name))
         });
-        return Usage(format!(
+        return anyhow!(
             "{}: {there}, but a system has an input and an output; if a column of instants or counts is one of them, name both by --input and --output",
             shown_path(&file.path)
-        ));
+        );
     }
     let missing = match (input, output) {
         (false, false) => "name the input by --input and the output by --output",
@@ -130,6 +130,7 @@ fn unnamed(file: &RecordFile, signals: &[&str], input: bool, output: bool) -> Us
         shown_path(&file.path),
         listed.join(", ")
     ))
+    .into()
 }
 
 /// Signals that a message lists.

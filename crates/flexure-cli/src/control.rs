@@ -11,7 +11,7 @@ use flexure_io::{read_text, write_record};
 use flexure_workbench::control::{Outcome, compare};
 
 use crate::arguments::{self, Usage};
-use crate::files::{prepare, write_text, wrote};
+use crate::files::{keep_apart, prepare, write_text, wrote};
 use crate::output::{print, print_result, this_command};
 use crate::progress::Progress;
 
@@ -76,6 +76,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .and_then(Path::parent)
         .unwrap_or(Path::new(""));
     let scenario = Scenario::from_toml_str(&text, &name, folder)?;
+    let outputs = arguments
+        .out
+        .iter()
+        .chain(&arguments.report)
+        .chain(&arguments.write_scenario);
+    keep_apart(&scenario.files, outputs)?;
     if let Some(of) = &arguments.of
         && !scenario.controllers.iter().any(|c| c.name == *of)
     {

@@ -54,7 +54,7 @@ pub fn name_json(path: &Option<PathBuf>) -> Value {
 /// Refuses outputs that are one of the inputs, or one another.
 ///
 /// Links and different spellings of a path are seen through, where the file or its folder exists.
-fn keep_apart<'a>(
+pub fn keep_apart<'a>(
     inputs: impl IntoIterator<Item = &'a PathBuf>,
     outputs: impl IntoIterator<Item = &'a PathBuf>,
 ) -> Result<(), Usage> {

@@ -196,7 +196,7 @@ impl Work {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let typed = arguments.of_command.typed();
     let work = Work::new(&typed)?;
-    let members = members(&arguments.dataset, &arguments.by, arguments.memory)?;
+    let members = members(&arguments.dataset, &arguments.by, arguments.memory, &arguments.out)?;
     let fleet = Fleet {
         results: &arguments.out,
         by: &arguments.by,

@@ -37,7 +37,9 @@ mod validate;
 
 use std::process::ExitCode;
 
+use anyhow::Result;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use flexure_io::together;
 
 #[derive(Parser)]
 #[command(
@@ -97,14 +99,55 @@ fn threads() {
     debug_assert!(made.is_ok(), "{made:?}");
 }
 
+/// The commands and their options, in groups.
+fn definition() -> clap::Command {
+    help::grouped(Cli::command())
+}
+
+/// Prints the help, the version or what is wrong with the arguments.
+fn said(error: &clap::Error) -> ExitCode {
+    match error.print() {
+        Err(cause) if cause.kind() != std::io::ErrorKind::BrokenPipe => ExitCode::FAILURE,
+        _ => ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2)),
+    }
+}
+
 fn main() -> ExitCode {
     #[cfg(unix)]
     signals::watch();
     // Where the arguments cannot be read, the process ends here with 2; after `--help`, with 0.
-    let command = help::grouped(Cli::command());
-    let given = Cli::from_arg_matches(&command.clone().get_matches()).unwrap_or_else(|error| error.exit());
+    let given = definition()
+        .try_get_matches()
+        .and_then(|matches| Cli::from_arg_matches(&matches));
+    let given = match given {
+        Ok(given) => given,
+        Err(error) => return said(&error),
+    };
     threads();
-    let result = match given.command {
+    // These read again what they have written, or go on from it.
+    let one_by_one = matches!(
+        given.command,
+        Command::App(_) | Command::Demo(_) | Command::Fleet(_) | Command::Study(_)
+    );
+    let result = match one_by_one {
+        true => run(given.command),
+        false => together(|| run(given.command)),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            output::print_error(&error);
+            match arguments::is_usage(&error) {
+                true => ExitCode::from(2),
+                false => ExitCode::FAILURE,
+            }
+        }
+    }
+}
+
+/// Runs a command.
+fn run(command: Command) -> Result<()> {
+    match command {
         Command::App(arguments) => app::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Excite(arguments) => excite::run(&arguments),
@@ -122,17 +165,7 @@ fn main() -> ExitCode {
         Command::Regress(arguments) => regress::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),
-        Command::Completions(arguments) => help::completions(&arguments, command),
-        Command::Man(arguments) => help::manual(&arguments, command),
-    };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            output::print_error(&error);
-            match arguments::is_usage(&error) {
-                true => ExitCode::from(2),
-                false => ExitCode::FAILURE,
-            }
-        }
+        Command::Completions(arguments) => help::completions(&arguments, definition()),
+        Command::Man(arguments) => help::manual(&arguments, definition()),
     }
 }

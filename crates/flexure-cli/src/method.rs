@@ -148,7 +148,7 @@ fn regression_lag(text: &str) -> Result<RegressionLag, String> {
     match text {
         "strongest" => Ok(RegressionLag::Strongest),
         "delay" => Ok(RegressionLag::Delay),
-        _ => match text.parse() {
+        _ => match arguments::count(text) {
             Ok(lag) => Ok(RegressionLag::At(lag)),
             Err(_) => Err("expected 'strongest', 'delay' or a whole number from 0".to_owned()),
         },

@@ -1,6 +1,7 @@
 //! The options of the best linear approximation.
 
-use anyhow::Result;
+use anyhow::{Result, bail};
+use flexure::text::shown_path;
 use flexure_io::RecordFile;
 use flexure_workbench::systems::{Periodic, SystemColumns, period};
 
@@ -55,18 +56,18 @@ impl PeriodOptions {
         let Some(period) = self.period.or_else(|| period(samples, self.realisations)) else {
             return match self.realisations {
                 1 => Ok(None),
-                _ => Err(Usage(
-                    "the input does not repeat itself within the first of --realisations; name its period by --period"
-                        .to_owned(),
-                )
-                .into()),
+                _ => bail!(
+                    "{}: the input does not repeat itself within the first of --realisations; name its period by --period",
+                    shown_path(&file.path)
+                ),
             };
         };
         let part = samples.len() / self.realisations;
         if period < 2 || period > part {
-            let message =
-                format!("--period {period} must be at least 2 and fit into the {part} samples of a realisation");
-            return Err(Usage(message).into());
+            bail!(
+                "{}: --period {period} must be at least 2 and fit into the {part} samples of a realisation",
+                shown_path(&file.path)
+            );
         }
         Periodic::new(file, input, output, sample_time, period, self.realisations).map(Some)
     }

@@ -66,7 +66,7 @@ pub struct Arguments {
     #[arg(long, help_heading = STEPS, value_name = "HZ", value_parser = arguments::positive)]
     low_pass: Option<f64>,
     /// The order of the Butterworth low-pass, which is run forward and backward; even.
-    #[arg(long, help_heading = STEPS, value_name = "N", default_value_t = 4, requires = "low_pass", value_parser = arguments::whole::<1, 20>)]
+    #[arg(long, help_heading = STEPS, value_name = "N", default_value_t = 4, requires = "low_pass", value_parser = arguments::even_order)]
     order: usize,
     /// Take the mean off these columns: A,B,... or all.
     #[arg(long, help_heading = STEPS, value_name = "COLUMNS")]

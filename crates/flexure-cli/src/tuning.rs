@@ -1,6 +1,8 @@
 //! An estimator's tuning parameter among the options.
 
-use flexure::nonlinearity::{EstimatorName, Kernel};
+use flexure::Error;
+use flexure::error::ParameterError;
+use flexure::nonlinearity::{EstimatorName, Kernel, NamedEstimator, Tuning};
 
 use crate::arguments::{Auto, Usage};
 
@@ -26,7 +28,26 @@ pub fn given(
         (_, Some(p)) if name.counts() && p.fract() != 0.0 => Err(Usage(format!(
             "--parameter {p}: the parameter of {option} {name} is {what}, a whole number"
         ))),
-        (bandwidth, parameter) => Ok(bandwidth.or(parameter.map(|p| vec![p]))),
+        (bandwidth, parameter) => {
+            if let Some(parameter) = parameter {
+                check_range(name, parameter)?;
+            }
+            Ok(bandwidth.or(parameter.map(|p| vec![p])))
+        }
+    }
+}
+
+/// Refuses a parameter that the estimator takes of no data.
+fn check_range(name: EstimatorName, parameter: f64) -> Result<(), Usage> {
+    let estimator = NamedEstimator {
+        name,
+        tuning: Tuning::Fixed(vec![parameter]),
+        ..NamedEstimator::default()
+    };
+    let x: Vec<f64> = (0..40).map(f64::from).collect();
+    match estimator.fit(&[&x], &x, None) {
+        Err(Error::Parameter(error @ ParameterError::OutOfRange { .. })) => Err(Usage(format!("--parameter: {error}"))),
+        _ => Ok(()),
     }
 }
 

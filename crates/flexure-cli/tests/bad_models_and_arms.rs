@@ -313,17 +313,3 @@ fn outputs_that_cannot_be_written() {
         );
     }
 }
-
-/// The page is made before the model is written, so that neither is there alone.
-#[test]
-fn a_page_that_cannot_be_made_leaves_no_model() {
-    let folder = Folder::new();
-    folder.known("good.csv", 600, 1);
-    let longest = 1e308;
-    folder.failed(
-        "identify good.csv --input u --output y --sample-time 1e308 -o new.json --report new.html",
-        &format!(
-            "the report: prediction.time starts at inf and steps by {longest}: the start must be finite, the step finite and positive"
-        ),
-    );
-}

@@ -73,7 +73,7 @@ fn what_cannot_be_run_is_refused() {
         ),
         (
             "simulate rod.urdf --duration 1 --sample-time 0 -o r.csv",
-            "sample_time is 0",
+            "expected a positive number",
         ),
         (
             "simulate --preset six-joint-arm --free-base --duration 1 --sample-time 0.1 -o r.csv",

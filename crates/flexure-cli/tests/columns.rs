@@ -66,7 +66,7 @@ fn more_signals_are_listed() {
         &format!("{list}name the input by --input"),
     );
     folder.write("one.csv", text("t,u", &["t", "u"], 600));
-    folder.misused(
+    folder.failed(
         "identify one.csv",
         "one.csv: the only signal is u, but a system has an input and an output; if a column of instants or counts is one of them, name both by --input and --output",
     );

@@ -59,6 +59,20 @@ fn every_machine_gets_what_identify_gives_and_a_broken_one_its_error() {
     assert_eq!(predicted("fleet.csv"), predicted("alone.csv"));
 }
 
+/// Results within the data set are no machines.
+#[test]
+fn results_are_no_machines() {
+    let folder = Folder::new();
+    fs::create_dir(folder.path("logs")).unwrap();
+    for (seed, name) in ["a", "b"].iter().enumerate() {
+        folder.known(&format!("logs/{name}.csv"), 600, seed as u64);
+    }
+    for _ in 0..2 {
+        let said = folder.done("fleet logs --by plant --input u --output y -o logs/results --table csv");
+        assert!(said.contains("(2 machines"), "{said}");
+    }
+}
+
 #[test]
 fn a_stopped_run_goes_on_and_threads_change_nothing() {
     let folder = Folder::new();

@@ -344,9 +344,9 @@ fn periods_distinguish_noise_from_distortion() {
         "{message}"
     );
     assert!(message.contains("nonlinear distortion -"), "{message}");
-    folder.misused(
+    folder.failed(
         &format!("{IDENTIFY} linear --realisations 4 --period 700"),
-        "--period 700 must be at least 2 and fit into the 640 samples of a realisation",
+        "r.csv: --period 700 must be at least 2 and fit into the 640 samples of a realisation",
     );
 }
 

@@ -93,8 +93,8 @@ fn options_of_another_estimator_are_refused() {
     ] {
         folder.misused(&format!("{IDENTIFY} -o new.json {options}"), message);
     }
-    folder.failed(
+    folder.misused(
         &format!("{IDENTIFY} -o new.json --nonlinearity haar --parameter 21"),
-        "r.csv: the number of levels is 21, but must be at most 20",
+        "--parameter: the number of levels is 21, but must be at most 20",
     );
 }

@@ -19,6 +19,28 @@ fn column(folder: &Folder, name: &str, column: &str) -> Vec<f64> {
     read(folder, name).column(column).unwrap().to_vec()
 }
 
+/// No good sample becomes a missing one by overflow.
+#[test]
+fn values_that_would_overflow_are_refused() {
+    let folder = Folder::new();
+    let row = |k: u32| format!("{},{:e},{}\n", 0.01 * f64::from(k), 1e307 * f64::from(k).sin(), k % 5);
+    folder.write("huge.csv", format!("t,u,q\n{}", (0..400).map(row).collect::<String>()));
+    for step in ["--low-pass 3", "--remove-mean all", "--resample 0.007", "--detrend all"] {
+        let outcome = folder.run(&format!("prepare huge.csv -o p.csv {step}"));
+        assert_eq!(outcome.code, Some(1), "{step}: {outcome:?}");
+        assert!(
+            outcome.stderr.contains("the values of column 'u' reach"),
+            "{step}: {outcome:?}"
+        );
+    }
+    folder.write("short.csv", "t,u\n0,1\n1e-300,2\n2e-300,1\n3e-300,2\n");
+    let outcome = folder.run("prepare short.csv -o p.csv --detrend all");
+    assert!(
+        outcome.code == Some(1) && outcome.stderr.contains("choose a unit"),
+        "{outcome:?}"
+    );
+}
+
 #[test]
 fn a_record_without_a_step_is_the_record() {
     let folder = Folder::new();

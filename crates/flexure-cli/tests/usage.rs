@@ -243,6 +243,50 @@ fn lists_that_name_something_twice() {
     }
 }
 
+/// Numbers that would overflow, or that an estimator takes of no data, are wrong usage; what the data decide is not.
+#[test]
+fn numbers_that_no_data_make_right() {
+    let folder = Folder::new();
+    folder.known("r.csv", 600, 1);
+    let identify = "identify r.csv --input u --output y";
+    for options in [
+        "--known 0=0 1e-12=1e300",
+        "--known 0=1e308 1=-1e308",
+        "--method plain --lag 18446744073709551615",
+        "--nonlinearity knn --parameter 0",
+        "--nonlinearity knn --parameter 1e18",
+        "--nonlinearity polynomial --parameter 1000",
+        "--nonlinearity network --parameter 1e9",
+        "--nonlinearity haar --parameter 60",
+        "--sample-time 1e308",
+        "--sample-time 5e-324",
+    ] {
+        let outcome = folder.run(&format!("{identify} {options}"));
+        assert_eq!(outcome.code, Some(2), "{options}: {outcome:?}");
+        assert!(outcome.stderr.len() < 400, "{options}: {outcome:?}");
+    }
+    for command in [
+        "prepare r.csv -o p.csv --sample-time 0.1 --low-pass 2 --order 3",
+        "prepare r.csv -o p.csv --sample-time 1e308",
+        "joint r.csv --torque u --motor y --link y0 --torque-constant 1e308",
+        "excite --preset space-arm --max-torque 10 --duration 5 --torque-noise 1e308 -o e.csv",
+        "simulate --preset six-joint-arm --duration 1 --sample-time 0.1 --start joint1=1e308 -o s.csv",
+        "simulate --preset six-joint-arm --duration 1 --sample-time 0.1 --start joint1=1,joint1=2 -o s.csv",
+    ] {
+        let outcome = folder.run(command);
+        assert_eq!(outcome.code, Some(2), "{command}: {outcome:?}");
+    }
+    folder.write("one.csv", "t\n0\n1\n2\n");
+    for command in [
+        "identify r.csv --input u --output y --period 5000",
+        "identify r.csv --input u --output y --realisations 50",
+        "identify one.csv",
+    ] {
+        let outcome = folder.run(command);
+        assert_eq!(outcome.code, Some(1), "{command}: {outcome:?}");
+    }
+}
+
 /// What an option cannot have is wrong usage, and is said before anything is computed.
 #[test]
 fn values_that_no_run_can_have() {

@@ -5,7 +5,7 @@ use std::io::{Cursor, Write as _};
 use std::path::Path;
 use std::process::Command;
 
-use flexure_io::ModelFile;
+use flexure_io::{ModelFile, TemporaryFolder};
 use minijinja::{Value, context};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
@@ -299,7 +299,7 @@ fn library(name: &str, fmi: Fmi, files: &[(String, Vec<u8>)]) -> Result<(String,
         }
     };
     let extension = if os == "macos" { "dylib" } else { "so" };
-    let place = tempfile::tempdir()?;
+    let place = TemporaryFolder::new()?;
     for (path, bytes) in files {
         if let Some(file) = path.strip_prefix("sources/") {
             std::fs::write(place.path().join(file), bytes)?;

@@ -1,5 +1,6 @@
 //! Files that are written whole or not at all.
 
+use std::cell::RefCell;
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -27,6 +28,47 @@ pub fn write_atomically(
     into_place(path, write).map_err(|source| Error::write(path, source))
 }
 
+/// Files that wait for others before they get their names, and these names.
+type Waiting = Vec<(Temporary, PathBuf)>;
+
+thread_local! {
+    /// What this thread writes [`together`].
+    static WAITING: RefCell<Option<Waiting>> = const { RefCell::new(None) };
+}
+
+/// Runs `work`, whose writes on this thread by [`write_atomically`] take effect together once it has succeeded; if it fails, every file is
+/// as it was before. Devices and pipes are written at once.
+///
+/// ```
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("first.txt");
+/// use std::io::Write;
+///
+/// let failed = flexure_io::together(|| {
+///     flexure_io::write_atomically(&path, |out| writeln!(out, "one"))?;
+///     flexure_io::write_atomically(folder.path(), |out| writeln!(out, "a folder is no file"))
+/// });
+/// assert!(failed.is_err() && !path.exists());
+/// # Ok::<(), std::io::Error>(())
+/// ```
+///
+/// # Errors
+/// Those of `work`; [`Error::Write`] where a file cannot get its name.
+pub fn together<T, E: From<Error>>(work: impl FnOnce() -> std::result::Result<T, E>) -> std::result::Result<T, E> {
+    if WAITING.with_borrow(Option::is_some) {
+        return work();
+    }
+    WAITING.set(Some(Vec::new()));
+    let result = work();
+    // What failed is dropped, and with it the temporary files.
+    let waiting = WAITING.take().unwrap_or_default();
+    let result = result?;
+    for (temporary, target) in waiting {
+        temporary.put(&target).map_err(|cause| Error::write(&target, cause))?;
+    }
+    Ok(result)
+}
+
 /// Refuses `path` where [`write_atomically`] would, without writing anything.
 ///
 /// For use before long work whose result goes to `path`; that the disk is full shows only in the end.
@@ -39,6 +81,9 @@ pub fn check_writable(path: impl AsRef<Path>) -> Result<()> {
 }
 
 fn check(path: &Path) -> io::Result<()> {
+    if let Some(standard) = standard(path) {
+        return standard.map(drop);
+    }
     let target = destination(path)?;
     match fs::metadata(&target) {
         Ok(found) if found.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
@@ -73,6 +118,10 @@ pub fn make_folder(path: impl AsRef<Path>) -> Result<()> {
 /// For links that lead in a circle.
 pub fn destination(path: &Path) -> io::Result<PathBuf> {
     let mut target = path.to_owned();
+    // A link of the system's to a pipe or a device names no file.
+    if is_device(path) {
+        return Ok(target);
+    }
     for _ in 0..MOST_LINKS {
         let Ok(next) = fs::read_link(&target) else {
             return Ok(target);
@@ -82,10 +131,44 @@ pub fn destination(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("its symbolic links lead in a circle"))
 }
 
+fn is_device(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
+}
+
+/// The standard output or error stream, where the path means one of them: what writes there goes on where the process itself writes.
+fn standard(path: &Path) -> Option<io::Result<File>> {
+    #[cfg(unix)]
+    {
+        use std::os::fd::AsFd;
+
+        let name = path.to_str()?;
+        let is = |stream: &str, number: u8| {
+            name == format!("/dev/{stream}")
+                || name == format!("/dev/fd/{number}")
+                || name == format!("/proc/self/fd/{number}")
+        };
+        let owned = match name {
+            _ if is("stdout", 1) => io::stdout().as_fd().try_clone_to_owned(),
+            _ if is("stderr", 2) => io::stderr().as_fd().try_clone_to_owned(),
+            _ => return None,
+        };
+        Some(owned.map(File::from))
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = path;
+        None
+    }
+}
+
 fn into_place(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> io::Result<()> {
-    // A device such as /dev/stdout may be a link to what has no name.
-    if fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
-        let mut out = BufWriter::new(OpenOptions::new().write(true).open(path)?);
+    let direct = match standard(path) {
+        Some(stream) => Some(stream?),
+        None if is_device(path) => Some(OpenOptions::new().write(true).open(path)?),
+        None => None,
+    };
+    if let Some(direct) = direct {
+        let mut out = BufWriter::new(direct);
         write(&mut out)?;
         return out.flush();
     }
@@ -102,5 +185,11 @@ fn into_place(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> io::Resul
     write(&mut out)?;
     let file = out.into_inner().map_err(io::IntoInnerError::into_error)?;
     file.sync_all()?;
-    temporary.put(&target)
+    WAITING.with_borrow_mut(|waiting| match waiting {
+        Some(waiting) => {
+            waiting.push((temporary, target));
+            Ok(())
+        }
+        None => temporary.put(&target),
+    })
 }

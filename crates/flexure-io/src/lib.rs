@@ -37,7 +37,7 @@ mod topic;
 mod units;
 mod write;
 
-pub use atomic::{check_writable, destination, make_folder, write_atomically};
+pub use atomic::{check_writable, destination, make_folder, together, write_atomically};
 pub use error::{Error, LineProblem, NoMemory, Result};
 pub use memory::{check_computed, usual_memory};
 pub use model::{BlockLabel, ModelFile, ModelPath, RecordMark, model_text, parse_model, read_model, write_model};
@@ -46,7 +46,7 @@ pub use parquet_file::{ParquetParts, TakeRows};
 pub use read::read_record;
 pub use record_file::RecordFile;
 pub use table::{Row, write_table};
-pub use temporary::remove_temporaries;
+pub use temporary::{TemporaryFolder, remove_temporaries};
 pub use text::read_text;
 pub use time::{Instants, TimeColumn};
 pub use topic::Topic;

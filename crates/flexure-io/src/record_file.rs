@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use flexure::Record;
+use flexure::record::check_values;
 use flexure::text::shown_path;
 
 use crate::error::{Error, LineProblem, Result};
@@ -161,9 +162,12 @@ impl RecordFile {
     ///
     /// # Errors
     /// As [`RecordFile::column`], and [`Error::Data`] with the line of the first sample that is
-    /// missing, NaN or infinite.
+    /// missing, NaN or infinite, or where the values are too large or too small for any computation.
     pub fn finite(&self, name: &str) -> Result<&[f64]> {
-        self.signal(name, Record::finite)
+        self.signal(name, |record, name| {
+            let samples = record.finite(name)?;
+            check_values(name, samples).map(|_| samples)
+        })
     }
 
     /// The sample time in s, from a column of uniform, increasing instants.

@@ -90,11 +90,44 @@ impl Drop for Temporary {
     }
 }
 
-/// Removes the temporary files of this process, and lets it make no more: for a process that is about to end by a signal.
+/// A folder that is gone when dropped, and before a signal ends the process.
+pub struct TemporaryFolder {
+    number: u64,
+    folder: tempfile::TempDir,
+}
+
+impl TemporaryFolder {
+    /// A new folder where the system has such folders.
+    ///
+    /// # Errors
+    /// Where it cannot be made.
+    pub fn new() -> io::Result<Self> {
+        let number = COUNTER.fetch_add(1, Ordering::Relaxed);
+        // A signal finds the folder in the list, or it is not there.
+        let mut present = PRESENT.lock().unwrap_or_else(PoisonError::into_inner);
+        let folder = tempfile::tempdir()?;
+        present.insert(number, folder.path().to_owned());
+        Ok(TemporaryFolder { number, folder })
+    }
+
+    /// The folder's path.
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+}
+
+impl Drop for TemporaryFolder {
+    fn drop(&mut self) {
+        let mut present = PRESENT.lock().unwrap_or_else(PoisonError::into_inner);
+        present.remove(&self.number);
+    }
+}
+
+/// Removes the temporary files and folders of this process, and lets it make no more: for a process that is about to end by a signal.
 pub fn remove_temporaries() {
     let present = PRESENT.lock().unwrap_or_else(PoisonError::into_inner);
     for path in present.values() {
-        let _ = fs::remove_file(path);
+        let _ = fs::remove_file(path).or_else(|_| fs::remove_dir_all(path));
     }
     std::mem::forget(present);
 }

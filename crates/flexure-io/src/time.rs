@@ -7,6 +7,7 @@ use crate::error::{Error, Result};
 use crate::record_file::RecordFile;
 use crate::text::INDEX;
 use crate::units::split_unit;
+use flexure::text::visible;
 
 /// What columns of instants are called, in lower case: in English, German, French, Spanish, Italian and Portuguese, the Nordic
 /// languages, and Dutch.
@@ -224,14 +225,17 @@ impl RecordFile {
         signals.map(|(name, _)| name).collect()
     }
 
-    /// The column that `name` means: that of this name, or that which the header calls so with its unit, as in `u [V]`.
+    /// The column that `name` means: that of this name, that which the header calls so with its unit, as in `u [V]`, or that which messages
+    /// show so.
     pub fn meant<'a>(&'a self, name: &'a str) -> &'a str {
         let names = || self.record.names().iter();
         if names().any(|own| own == name) {
             return name;
         }
         let (base, unit) = split_unit(name);
-        let found = names().find(|own| **own == base && unit.is_some() && self.unit(own) == unit.as_deref());
+        let with_unit = names().find(|own| **own == base && unit.is_some() && self.unit(own) == unit.as_deref());
+        // As messages show names with characters that nobody sees.
+        let found = with_unit.or_else(|| names().find(|own| visible(own) == name));
         found.map_or(name, String::as_str)
     }
 

@@ -75,13 +75,13 @@ fn reading(memory: Option<u64>) -> ReadOptions {
 
 /// The machines of a data set, in the order of their keys: a file with a column `by`, whose numbers tell them apart; or a folder, searched
 /// through, with folders `by=KEY` or else with one file a machine, which is called like it. `memory` is the
-/// most for a file; if it is not given, the usual one, of which each thread has its part.
+/// most for a file; if it is not given, the usual one, of which each thread has its part. The folder of the `results` is not searched.
 ///
 /// # Errors
 /// Names the data set where it cannot be read, has no machine, or has two of one key.
-pub fn members(dataset: &Path, by: &str, memory: Option<u64>) -> Result<Vec<Member>> {
+pub fn members(dataset: &Path, by: &str, memory: Option<u64>, results: &Path) -> Result<Vec<Member>> {
     let mut members = match dataset.is_dir() {
-        true => of_folder(dataset, by, memory)?,
+        true => of_folder(dataset, by, memory, results)?,
         false => of_file(dataset, by, memory)?,
     };
     members.sort_by(|a, b| in_order(&a.key, &b.key));
@@ -111,13 +111,13 @@ fn in_order(a: &str, b: &str) -> std::cmp::Ordering {
     }
 }
 
-fn of_folder(folder: &Path, by: &str, memory: Option<u64>) -> Result<Vec<Member>> {
+fn of_folder(folder: &Path, by: &str, memory: Option<u64>, results: &Path) -> Result<Vec<Member>> {
     let threads = std::thread::available_parallelism().map_or(1, |threads| threads.get() as u64);
     let memory = memory.unwrap_or_else(|| usual_memory() / threads);
     let mut members = Vec::new();
     let mut open = vec![folder.to_owned()];
     // Links may lead in circles.
-    let mut seen = HashSet::new();
+    let mut seen: HashSet<PathBuf> = results.canonicalize().into_iter().collect();
     while let Some(folder) = open.pop() {
         if !folder.canonicalize().is_ok_and(|folder| seen.insert(folder)) {
             continue;

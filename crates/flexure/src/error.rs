@@ -11,10 +11,12 @@
 //! Messages say what is wrong, where, and what to do about it; samples are counted from 0.
 
 mod arm;
+mod simulation;
 
-use crate::text::{counted, decimal, exact, list, number, short};
+use crate::text::{counted, decimal, exact, list, number};
 
 pub use arm::ArmError;
+pub use simulation::{IntegrationFailure, SimulationError, Stopped};
 
 /// The result of every fallible function of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
@@ -75,6 +77,7 @@ impl Error {
             | DataError::ConstantPart { column, .. }
             | DataError::Outlier { column, .. }
             | DataError::Unit { column, .. }
+            | DataError::TooLarge { column, .. }
             | DataError::WrappedAngle { column, .. }
             | DataError::LengthMismatch { name: column, .. },
         ) = &mut self
@@ -187,6 +190,18 @@ pub enum DataError {
         column: String,
         /// The largest absolute value.
         largest: f64,
+    },
+    /// A sample, among others of usual size, is too large for any computation.
+    #[error(
+        "column '{column}' is {value:e} at sample {sample}, too large to compute with; remove or repair that sample"
+    )]
+    TooLarge {
+        /// The column's name.
+        column: String,
+        /// The sample's index.
+        sample: usize,
+        /// Its value.
+        value: f64,
     },
     /// The time column's steps differ.
     #[error(
@@ -311,6 +326,7 @@ impl DataError {
         match self {
             DataError::NonFinite { sample, .. }
             | DataError::Outlier { sample, .. }
+            | DataError::TooLarge { sample, .. }
             | DataError::NonUniformTime { sample, .. }
             | DataError::TimeNotIncreasing { sample, .. }
             | DataError::WrappedAngle { sample, .. } => Some(*sample),
@@ -380,78 +396,4 @@ pub enum ParameterError {
         /// What to do.
         instead: &'static str,
     },
-}
-
-/// Why and when a simulation could not be carried on.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("the simulation stopped at t = {} s: {reason}", short(*.time))]
-pub struct SimulationError {
-    /// The time reached, s.
-    pub time: f64,
-    /// Why it could not go on.
-    pub reason: IntegrationFailure,
-}
-
-/// What was stopped, and how far it had come.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum Stopped {
-    /// A simulation.
-    #[error("stopped at t = {time} s, as asked")]
-    Simulating {
-        /// The simulated time reached, s.
-        time: f64,
-    },
-    /// A study or another computation that draws samples.
-    #[error("stopped after {done} of {total} samples, as asked")]
-    Sampling {
-        /// The samples simulated so far.
-        done: usize,
-        /// The samples in all.
-        total: usize,
-    },
-    /// An identification.
-    #[error("stopped while {stage}, as asked")]
-    Identifying {
-        /// What it was doing.
-        stage: &'static str,
-    },
-    /// Any computation, by an [`Interrupt`](crate::Interrupt).
-    #[error("stopped, as asked")]
-    Interrupted,
-}
-
-/// Why an integration could not be carried on.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum IntegrationFailure {
-    /// The permitted number of steps is used up.
-    #[error(
-        "{limit} steps were not enough{}; raise max_steps, loosen rtol and atol, or shorten the run",
-        if *.stiff { " (the equations are stiff: a joint is very stiff or its friction very steep)" } else { "" }
-    )]
-    TooManySteps {
-        /// The permitted number.
-        limit: u64,
-        /// Whether the step size was dictated by stability rather than by accuracy.
-        stiff: bool,
-    },
-    /// No step is short enough for the tolerances.
-    #[error(
-        "a step of {} s is still too long for the tolerances; the motion grows without bound or the input is not smooth",
-        short(*.step)
-    )]
-    StepTooSmall {
-        /// The step that would have come next, s.
-        step: f64,
-    },
-    /// A joint moves faster than any does.
-    #[error("a joint moves faster than {} rad/s (m/s of a sliding one); a loop is unstable, or a torque or noise too large", exact(*.limit))]
-    TooFast {
-        /// The largest speed, rad/s or m/s.
-        limit: f64,
-    },
-    /// The state or its derivative has overflowed.
-    #[error("the motion is no longer finite; it grows without bound")]
-    NotFinite,
 }

@@ -164,7 +164,7 @@ impl Record {
 pub const SIZES: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
 
 /// The largest absolute value of a column, if all are finite and their squares neither overflow nor vanish.
-pub(crate) fn check_values(column: &str, values: &[f64]) -> Result<f64> {
+pub fn check_values(column: &str, values: &[f64]) -> Result<f64> {
     if let Some(sample) = values.iter().position(|v| !v.is_finite()) {
         return Err(Error::not_finite(column, sample, values[sample]));
     }
@@ -173,7 +173,17 @@ pub(crate) fn check_values(column: &str, values: &[f64]) -> Result<f64> {
         return Ok(largest);
     }
     let column = column.to_owned();
-    Err(Error::Data(DataError::Unit { column, largest }))
+    let is_huge = |v: &f64| v.abs() > *SIZES.end();
+    // A few among others are wrong; else all are in a unit too small.
+    let huge = values.iter().filter(|v| is_huge(v)).count();
+    Err(Error::Data(match values.iter().position(|v| is_huge(v)) {
+        Some(sample) if 2 * huge < values.len() => DataError::TooLarge {
+            column,
+            sample,
+            value: values[sample],
+        },
+        _ => DataError::Unit { column, largest },
+    }))
 }
 
 /// The clock of uniform, increasing instants `t`.

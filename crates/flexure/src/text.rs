@@ -169,6 +169,19 @@ pub fn percent(share: f64) -> String {
     }
 }
 
+/// A fit in percent to so many decimals; one that is far off, to four digits.
+///
+/// ```
+/// assert_eq!(flexure::text::fit(96.328, 2), "96.33 %");
+/// assert_eq!(flexure::text::fit(-1.25e40, 2), "-1.250e40 %");
+/// ```
+pub fn fit(percent: f64, decimals: usize) -> String {
+    match percent.abs() < 1e6 {
+        true => format!("{percent:.decimals$} %"),
+        false => format!("{} %", number(percent)),
+    }
+}
+
 /// A share near 1 in percent, to as many decimals as show what is missing: 99.4, 99.98.
 ///
 /// ```

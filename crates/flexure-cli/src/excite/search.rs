@@ -1,7 +1,9 @@
 //! The largest signals under which the simulated arm keeps within its limits.
 
+use std::ops::ControlFlow;
+
 use anyhow::{Result, anyhow};
-use flexure::manipulator::{Arm, Drive, SimulationOptions, simulate};
+use flexure::manipulator::{Arm, Drive, SimulationOptions, simulate_watched};
 use flexure::{Interrupt, Record};
 
 use super::{Arguments, Extremes, SignalKind, signals};
@@ -45,7 +47,14 @@ pub struct Trial {
 
 impl Trial {
     /// Simulates the arm under signals of this scale.
-    fn new(setup: &Setup, reference: bool, unit: &[Vec<f64>; 2], scale: [f64; 2]) -> flexure::Result<Self> {
+    /// `progress` hears of the simulated time.
+    fn new(
+        setup: &Setup,
+        reference: bool,
+        unit: &[Vec<f64>; 2],
+        scale: [f64; 2],
+        progress: impl Fn(f64),
+    ) -> flexure::Result<Self> {
         let initial = &setup.options.initial;
         let signals = [0, 1].map(|i| -> Vec<f64> {
             let about = if reference { initial.qm[i] } else { 0.0 };
@@ -59,7 +68,10 @@ impl Trial {
                 gains: setup.gains.map(|g| [g.kp, g.kd]),
             },
         };
-        let motion = simulate(setup.arm, &drive, setup.options)?;
+        let motion = simulate_watched(setup.arm, &drive, setup.options, &mut |time| {
+            progress(time);
+            ControlFlow::Continue(())
+        })?;
         let largest = |name: &str, about: f64| -> flexure::Result<f64> {
             let column = motion.column(name)?.iter();
             Ok(column.fold(0.0_f64, |m, v| m.max((v - about).abs())))
@@ -101,8 +113,12 @@ pub fn largest(setup: &Setup, arguments: &Arguments) -> Result<Trial> {
     // With the sum of both joints' shares of their nearest limits.
     let mut best: Option<(f64, Trial)> = None;
     for round in 0..ROUNDS {
-        Interrupt::report(round as u64, ROUNDS as u64);
-        let trial = Trial::new(setup, arguments.reference, &unit, scale)?;
+        // In thousandths of a round.
+        let progress = |time: f64| {
+            let share = (1e3 * time / arguments.duration) as u64;
+            Interrupt::report(1000 * round as u64 + share, 1000 * ROUNDS as u64);
+        };
+        let trial = Trial::new(setup, arguments.reference, &unit, scale, progress)?;
         let shares = trial.shares(setup);
         let allowed = shares.iter().all(|share| *share <= 1.0 + ROUNDING);
         if allowed {

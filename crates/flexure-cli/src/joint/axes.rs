@@ -4,11 +4,11 @@ use std::collections::HashSet;
 use std::path::PathBuf;
 
 use anyhow::Result;
-use flexure_io::{RecordFile, check_record_writable};
+use flexure_io::RecordFile;
 use flexure_workbench::joints::{Axes, Found, MOST_AXES, identify};
 
+use super::Arguments;
 use super::log::{Columns, Names};
-use super::{Arguments, numbered};
 use crate::arguments::{self, Usage};
 use crate::files::{write_text, wrote};
 use crate::output::{print, print_result, this_command};
@@ -59,10 +59,7 @@ pub fn names(text: &str) -> Result<AxisNames, String> {
 pub fn run(arguments: &Arguments, AxisNames(axes): &AxisNames) -> Result<()> {
     let given = arguments.names();
     given.check_patterns()?;
-    for path in arguments.curve_files() {
-        axes.iter()
-            .try_for_each(|axis| check_record_writable(numbered(path, axis)))?;
-    }
+    arguments.check_numbered(axes)?;
     let file = arguments.reading.read(&arguments.record)?;
     let found = measured("identifying", |reported| {
         Axes::new(&file.name(), arguments.prismatic, axes, |i, axis| {

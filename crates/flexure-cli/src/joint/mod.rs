@@ -10,7 +10,7 @@ use anyhow::Result;
 use flexure::identify::robot_joint::{AxisDrive, Extra};
 use flexure::text::shown_path;
 use flexure_io::arm::Excitation;
-use flexure_io::{RecordFile, check_record_writable, write_record_with_units};
+use flexure_io::{RecordFile, write_record_with_units};
 use flexure_workbench::fleet::{Outcome, joined, single_values};
 use flexure_workbench::joints::{Curves, Place, Settings, Units, identify, recorded};
 use serde_json::{Value, json};
@@ -257,12 +257,16 @@ impl Arguments {
             let message = "--motor-inertia is of a single flexible joint; leave it out for a two-link arm, whose motors are identified";
             return Err(Usage(message.to_owned()).into());
         }
-        for path in self.curve_files() {
-            [1, 2]
-                .into_iter()
-                .try_for_each(|joint| check_record_writable(numbered(path, &joint.to_string())))?;
-        }
-        Ok(())
+        self.check_numbered(&["1", "2"])
+    }
+
+    /// Refuses what the files of these joints would write over, and those that cannot be written.
+    fn check_numbered(&self, joints: &[impl AsRef<str>]) -> Result<()> {
+        let pairs = self
+            .curve_files()
+            .flat_map(|path| joints.iter().map(move |joint| (path, joint)));
+        let curves: Vec<PathBuf> = pairs.map(|(path, joint)| numbered(path, joint.as_ref())).collect();
+        self.check_outputs(&curves)
     }
 
     /// The column of the torque: of a bag's joint the effort, if nothing else is said.
@@ -283,7 +287,10 @@ impl Arguments {
     }
 
     fn check_files(&self) -> Result<()> {
-        let curves = self.curve_files();
+        self.check_outputs(self.curve_files())
+    }
+
+    fn check_outputs<'a>(&'a self, curves: impl IntoIterator<Item = &'a PathBuf>) -> Result<()> {
         let others = self.arm.iter().chain(&self.report);
         let inputs = [&self.record].into_iter().chain(&self.template);
         prepare(inputs, curves, others)

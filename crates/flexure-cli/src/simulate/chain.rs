@@ -3,12 +3,13 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, bail};
-use flexure::Record;
+use anyhow::{Result, anyhow, bail};
+use flexure::error::{IntegrationFailure, SimulationError};
 use flexure::manipulator::chain::{
     Base, Chain, ChainPreset, ChainSimulation, DrivenChain, RotorCoupling, chain_columns, simulate_chain_watched,
 };
-use flexure::text::{counted, list, shown_path};
+use flexure::text::{counted, list, short, shown_path};
+use flexure::{Error, Record};
 use flexure_io::arm::{chain_of_toml, is_chain};
 use flexure_io::urdf::{UrdfOptions, parse_urdf};
 use flexure_io::{check_computed, read_record, write_record};
@@ -131,6 +132,9 @@ pub fn run(arguments: &Arguments, chain: &DrivenChain) -> Result<()> {
     let mut options = ChainSimulation::new(chain, duration, sample_time)?;
     start(chain, &given.start, &mut options)?;
     let rows = options.sampling.rows();
+    // The memory is the limit of the samples, and the steps follow them.
+    let steps = options.tolerances.max_steps.max(STEPS_A_SAMPLE * rows as u64);
+    options.tolerances.max_steps = steps;
     check_computed(rows, chain_columns(chain).len())?;
     let torques = match &given.torques {
         Some(path) => torques(chain, path, rows)?,
@@ -141,6 +145,16 @@ pub fn run(arguments: &Arguments, chain: &DrivenChain) -> Result<()> {
     let record = simulate_chain_watched(chain, &slices, &options, &mut |t| {
         progress.at(t);
         ControlFlow::Continue(())
+    });
+    let record = record.map_err(|error| match error {
+        Error::Simulation(SimulationError {
+            time,
+            reason: IntegrationFailure::TooManySteps { limit, .. },
+        }) => anyhow!(
+            "stopped at t = {} s: {limit} steps were not enough; the motion is very fast; shorten --duration, or change the chain",
+            short(time)
+        ),
+        error => error.into(),
     })?;
     drop(progress);
     write_record(out, &record)?;
@@ -173,19 +187,30 @@ fn said(arguments: &Arguments, chain: &DrivenChain, out: &Path, record: &Record,
     ))
 }
 
+/// Steps of the integration for a sample, on average at most.
+const STEPS_A_SAMPLE: u64 = 10;
+
+/// The farthest that a joint starts, rad or m.
+const FARTHEST: f64 = 1e6;
+
 /// Puts joints, and their motors, where they start.
 fn start(chain: &DrivenChain, places: &[String], options: &mut ChainSimulation) -> Result<()> {
     let joints = chain.chain().joints();
     let first = chain.chain().positions() - joints.len();
     let flexible = chain.flexible();
+    let names: Vec<&str> = places
+        .iter()
+        .map(|place| place.split('=').next().unwrap_or_default().trim())
+        .collect();
+    arguments::named_once("start", &names)?;
     for place in places {
         let parsed = place.split_once('=').and_then(|(name, value)| {
             let value: f64 = value.trim().parse().ok()?;
-            value.is_finite().then_some((name.trim(), value))
+            (value.abs() <= FARTHEST).then_some((name.trim(), value))
         });
         let Some((name, value)) = parsed else {
             return Err(Usage(format!(
-                "--start has '{place}', but needs JOINT=VALUE, for example {}=0.5",
+                "--start has '{place}', but needs JOINT=VALUE with a value of at most {FARTHEST:e}, for example {}=0.5",
                 joints[0]
             ))
             .into());

@@ -17,7 +17,7 @@ use serde_json::json;
 use chain::ChainArguments;
 
 use crate::arguments::Usage;
-use crate::files::{name_json, prepare, write_text, wrote};
+use crate::files::{keep_apart, name_json, prepare, write_text, wrote};
 use crate::output::print;
 use crate::progress::Progress;
 
@@ -58,7 +58,10 @@ pub struct Arguments {
 fn arm_or_chain(name: &str) -> Result<String, String> {
     match ChainPreset::ALL.iter().any(|preset| preset.name() == name) {
         true => Ok(name.to_owned()),
-        false => known_preset(name),
+        false => known_preset(name).map_err(|error| {
+            let chains: Vec<&str> = ChainPreset::ALL.iter().map(|preset| preset.name()).collect();
+            format!("{error}; of chains: {}", chains.join(", "))
+        }),
     }
 }
 
@@ -98,9 +101,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return Err(Usage(format!("{option} is for chains; an arm file says how the arm is run")).into());
     }
     let file = source.arm()?;
+    let folder = arguments.arm.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
+    let record = file.excitation.file.as_ref().map(|name| folder.join(name));
+    keep_apart(&record, arguments.out.iter().chain(&arguments.write_arm))?;
     let mut samples = None;
     if let Some(path) = &arguments.out {
-        let folder = arguments.arm.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
         let record =
             simulate(&file, folder, arguments.paths()).map_err(|error| error.located(&source.text, &source.name))?;
         write_record(path, &record)?;

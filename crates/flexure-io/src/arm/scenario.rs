@@ -5,7 +5,7 @@
 mod body;
 mod controllers;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use flexure::control::flexible_link::ModelResponse;
 use flexure::control::{JointMoves, LoopOptions, TipPath, Trajectory, TurnCounted, square};
@@ -65,6 +65,8 @@ pub struct Scenario {
     pub seeds: usize,
     /// The controllers, at least one.
     pub controllers: Vec<ControllerTable>,
+    /// The arm files that it names, presets too.
+    pub files: Vec<PathBuf>,
 }
 
 /// A motion to follow.
@@ -249,6 +251,11 @@ impl Scenario {
             options,
             seeds,
             controllers,
+            files: [Some(&file.plant), file.model.as_ref()]
+                .into_iter()
+                .flatten()
+                .filter_map(|table| Some(folder.join(table.arm.as_ref()?)))
+                .collect(),
         })
     }
 }

@@ -35,11 +35,33 @@ pub struct Suggestion {
     pub notes: Vec<String>,
 }
 
+/// Options whose value is the name of a column, or names.
+const OF_COLUMNS: [&str; 7] = [
+    "--input",
+    "--output",
+    "--torque",
+    "--position",
+    "--motor",
+    "--link",
+    "--outliers",
+];
+
 impl Suggestion {
     pub(super) fn new(command: &'static str, options: &[&str], why: String) -> Self {
+        let mut typed: Vec<String> = Vec::new();
+        for &option in options {
+            match typed.last_mut() {
+                // Apart, the name would be an option.
+                Some(last) if option.starts_with('-') && OF_COLUMNS.contains(&last.as_str()) => {
+                    last.push('=');
+                    last.push_str(option);
+                }
+                _ => typed.push(option.to_owned()),
+            }
+        }
         Suggestion {
             command,
-            options: options.iter().map(|&o| o.to_owned()).collect(),
+            options: typed,
             why,
             notes: Vec::new(),
         }
@@ -295,6 +317,11 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
     options.extend(step.iter().flat_map(|step| ["--sample-time", step.as_str()]));
     options.extend(["-o", "model.json", "--report", "report.html"]);
     let mut suggestion = Suggestion::new("identify", &options, why);
+    if inputs.iter().any(|name| name.contains(',')) {
+        suggestion
+            .notes
+            .push("The commands separate names by commas: rename a column whose name has one.".to_owned());
+    }
     if !signals.others.is_empty() {
         let others: Vec<String> = signals.others.iter().map(|i| format!("'{}'", name(i))).collect();
         let are = if others.len() == 1 { "an output" } else { "outputs" };

@@ -149,7 +149,10 @@ impl Preparation {
         tables.retain(|table| !table.columns.is_empty());
         for table in &mut tables {
             let name = table.name.clone();
-            self.clean(table, &mut done).context(name)?;
+            table
+                .check_sizes()
+                .and_then(|()| self.clean(table, &mut done))
+                .context(name)?;
         }
         let name = names(&tables);
         let mut table = match tables.len() {
@@ -166,6 +169,7 @@ impl Preparation {
             steps::cut(table, cut, done)?;
         }
         steps::convert(table, &self.convert, done)?;
+        table.check_sizes()?;
         if let Some(columns) = &self.outliers {
             steps::outliers(table, columns, self.rule, done)?;
         }

@@ -3,6 +3,7 @@
 use anyhow::{Result, bail};
 use flexure::Record;
 use flexure::preparation::{fill, nominal_step};
+use flexure::record::{SIZES, check_values};
 use flexure::text::shown_path;
 use flexure_io::{Instants, RecordFile};
 
@@ -71,6 +72,22 @@ impl Table {
             note,
             columns,
         })
+    }
+
+    /// Refuses values and times too large for sums, and steps of time too small.
+    pub(super) fn check_sizes(&self) -> Result<()> {
+        for column in &self.columns {
+            let present: Vec<f64> = column.samples.iter().copied().filter(|v| v.is_finite()).collect();
+            // Values that vanish are as good as zero here.
+            if present.iter().any(|v| v.abs() > *SIZES.end()) {
+                check_values(&column.name, &present)?;
+            }
+        }
+        if let Some(time) = &self.instants {
+            let duration = time.last().zip(time.first()).map_or(0.0, |(last, first)| last - first);
+            check_values("the time", &[duration])?;
+        }
+        Ok(())
     }
 
     /// The number of samples a column.

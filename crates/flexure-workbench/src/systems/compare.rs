@@ -1,7 +1,7 @@
 //! Several models on one record, side by side.
 
 use anyhow::{Context as _, Result};
-use flexure::text::number;
+use flexure::text::{fit, number};
 use flexure_io::{ModelFile, RecordFile};
 use flexure_report::data::{Comparison, ComparisonPage, Prediction, Table};
 use serde_json::{Value, json};
@@ -167,7 +167,7 @@ impl Outcome {
             format!("{name}{mark}"),
             model.structure.clone(),
             model.order.to_string(),
-            format!("{:.2} %", self.fit()),
+            fit(self.fit(), 2),
             number(self.judged.verdict.measures.rms),
             self.judged.verdict.in_short().to_owned(),
         ]

@@ -3,7 +3,7 @@
 use flexure::identify::result::{BlockKind, LinearBlock, NamedBlock, Path, Place};
 use flexure::identify::{Verdict, Warning};
 use flexure::nonlinearity::Surface;
-use flexure::text::{capitalised, number, with_error};
+use flexure::text::{capitalised, fit, number, with_error};
 
 use super::comparison;
 use super::poles::{NONE, poles_text, roots_text};
@@ -24,9 +24,9 @@ impl Identified {
         lines.headline(
             tone(verdict),
             format!(
-                "{} model {columns}: fit {:.2} % on fresh data, {}",
+                "{} model {columns}: fit {} on fresh data, {}",
                 capitalised(result.structure.title),
-                verdict.measures.fit_percent,
+                fit(verdict.measures.fit_percent, 2),
                 verdict.in_short()
             ),
         );

@@ -16,7 +16,7 @@ use crate::systems::json::tests;
 use crate::systems::prediction::{self, FreeRun, Outside, Start};
 use crate::systems::summary;
 use crate::text::number;
-use flexure::text::{p_value, shown_path};
+use flexure::text::{fit, p_value, shown_path};
 
 /// On which samples a model is judged, and where its run starts.
 #[derive(Debug, Clone, Copy, Default)]
@@ -150,8 +150,8 @@ impl Judged {
         lines.headline(
             summary::tone(verdict),
             format!(
-                "Fit {:.2} % on this record, {}",
-                measures.fit_percent,
+                "Fit {} on this record, {}",
+                fit(measures.fit_percent, 2),
                 verdict.in_short()
             ),
         );

@@ -2,7 +2,7 @@
 
 use super::limits::{MOSTLY, NEARLY_ALL, NEGLIGIBLE_MISFIT};
 use crate::linear::correlation::mean;
-use crate::text::{capitalised, nearly_all, number, p_value, percent};
+use crate::text::{self, capitalised, nearly_all, number, p_value, percent};
 use crate::validation::{Estimated, FitMeasures, ResidualTest, ResidualTests};
 
 /// So many outliers are named by their sample.
@@ -81,7 +81,8 @@ pub enum Warning {
     },
     /// The model predicts no better than the output's mean.
     #[error(
-        "the free-run error on fresh data exceeds the output's own spread (fit {fit_percent:.1} %): the model explains nothing"
+        "the free-run error on fresh data exceeds the output's own spread (fit {}): the model explains nothing",
+        text::fit(*.fit_percent, 1)
     )]
     Useless {
         /// The fit on fresh data.
@@ -336,7 +337,8 @@ impl Verdict {
         let fit = self.measures.fit_percent;
         if fit <= 0.0 {
             return format!(
-                "The model does not hold: on fresh data it predicts no better than the output's mean (fit {fit:.1} %)."
+                "The model does not hold: on fresh data it predicts no better than the output's mean (fit {}).",
+                text::fit(fit, 1)
             );
         }
         let explains = format!(

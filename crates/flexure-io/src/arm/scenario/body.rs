@@ -36,7 +36,7 @@ pub enum Body {
 #[derive(Deserialize, Clone)]
 #[serde(deny_unknown_fields)]
 pub(super) struct BodyTable {
-    arm: Option<String>,
+    pub arm: Option<String>,
     stiffness: Option<f64>,
     friction: Option<bool>,
     cubic: Option<bool>,

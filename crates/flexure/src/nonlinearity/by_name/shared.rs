@@ -61,7 +61,7 @@ pub(super) fn count(method: &NamedEstimator) -> Result<Choice<usize>> {
         Choice::Fixed(value) => Err(Error::parameter(
             format!("the parameter '{}'", method.name.parameter()),
             value,
-            "a whole number from 0",
+            "a whole number from 0 to 1e15",
         )),
     }
 }

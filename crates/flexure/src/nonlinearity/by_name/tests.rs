@@ -130,7 +130,7 @@ fn wrong_parameters_are_refused_under_their_own_names() {
     };
     assert_eq!(
         message(EstimatorName::Neighbours, &[2.5]),
-        "the parameter 'neighbours' is 2.5, but must be a whole number from 0"
+        "the parameter 'neighbours' is 2.5, but must be a whole number from 0 to 1e15"
     );
     assert!(message(EstimatorName::Polynomial, &[f64::NAN]).contains("'degree' is NaN"));
     assert!(message(EstimatorName::Kernel, &[-1.0]).contains("the bandwidth is -1"));
