@@ -147,7 +147,7 @@ pub fn fresh_share(text: &str) -> Result<f64, String> {
 
 /// A positive number.
 pub fn positive(text: &str) -> Result<f64, String> {
-    let sizes = || match text.parse().is_ok_and(|v: f64| v > 0.0) {
+    let sizes = || match text.parse().is_ok_and(|v: f64| v > 0.0 && v.is_finite()) {
         true => format!(" from {:e} to {:e}", SIZES.start(), SIZES.end()),
         false => without_unit(text),
     };

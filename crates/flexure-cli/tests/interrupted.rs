@@ -27,6 +27,34 @@ fn temporaries(folder: &Folder) -> Vec<String> {
         .collect()
 }
 
+/// The folder of a compiler goes with the program.
+#[test]
+fn a_signal_during_a_compilation_leaves_no_folder() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let folder = Folder::new();
+    folder.known("r.csv", 600, 1);
+    folder.done("identify r.csv --input u --output y --structure linear -o m.json");
+    folder.write("cc", "#!/bin/sh\nexec sleep 5\n");
+    std::fs::set_permissions(folder.path("cc"), std::fs::Permissions::from_mode(0o755)).unwrap();
+    std::fs::create_dir(folder.path("tmp")).unwrap();
+    let mut child = folder
+        .command("export m.json --to fmu --compile -o m.fmu")
+        .env("CC", folder.path("cc"))
+        .env("TMPDIR", folder.path("tmp"))
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let left = || std::fs::read_dir(folder.path("tmp")).unwrap().count();
+    while left() == 0 && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    kill(&child, "-TERM");
+    assert_eq!(child.wait().unwrap().signal(), Some(15));
+    assert_eq!(left(), 0);
+    assert!(!folder.path("m.fmu").exists());
+}
+
 /// A run that is stopped while it writes leaves the old file, and nothing else.
 #[test]
 fn a_signal_during_a_write_leaves_the_old_file() {

@@ -20,11 +20,16 @@ pub enum Number {
     Named(String),
 }
 
+/// The sizes of torques and angles per unit of another size.
+const FACTORS: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
+
 /// A number, or the name of a constant.
 pub fn number(text: &str) -> Result<Number, String> {
     match f64::from_str(text) {
-        Ok(value) if value.is_finite() && value != 0.0 => Ok(Number::Given(value)),
-        Ok(_) => Err("expected a finite number other than zero, or the name of a constant of the record".to_owned()),
+        Ok(value) if FACTORS.contains(&value.abs()) => Ok(Number::Given(value)),
+        Ok(_) => {
+            Err("expected a number from 1e-30 to 1e30 in size, or the name of a constant of the record".to_owned())
+        }
         Err(_) => Ok(Number::Named(text.to_owned())),
     }
 }
@@ -37,9 +42,9 @@ impl Number {
             Number::Named(name) => name,
         };
         match file.constants.iter().find(|(n, _)| n == name) {
-            Some((_, value)) if value.is_finite() && *value != 0.0 => Ok(*value),
+            Some((_, value)) if FACTORS.contains(&value.abs()) => Ok(*value),
             Some((_, value)) => bail!(
-                "{}: --{option} {name}: the constant is {value}, but a finite number other than zero is needed",
+                "{}: --{option} {name}: the constant is {value:e}, but a number from 1e-30 to 1e30 in size is needed",
                 shown_path(&file.path)
             ),
             None => {
