@@ -176,7 +176,7 @@ pub fn check_values(column: &str, values: &[f64]) -> Result<f64> {
     let is_huge = |v: &f64| v.abs() > *SIZES.end();
     // A few among others are wrong; else all are in a unit too small.
     let huge = values.iter().filter(|v| is_huge(v)).count();
-    Err(Error::Data(match values.iter().position(|v| is_huge(v)) {
+    Err(Error::Data(match values.iter().position(is_huge) {
         Some(sample) if 2 * huge < values.len() => DataError::TooLarge {
             column,
             sample,
