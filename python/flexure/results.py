@@ -159,6 +159,8 @@ class Nonlinearity:
     """Where it breaks, with "jump", "kink" or "knot"."""
     outside: str = "nearest"
     """Beyond its points: held at its end ("nearest"), the straight continuation ("linear"), or "nan"."""
+    kink_errors: Array | None = None
+    """Standard errors of the places of the kinks among `breakpoints`; None where there are none."""
 
     def __call__(self, at: npt.ArrayLike) -> Array:
         """Its values; of the shape of `at`."""
@@ -193,6 +195,7 @@ class Nonlinearity:
             _array(curve["y"]),
             breakpoints=tuple(places),
             outside=curve.get("outside", "nearest"),
+            kink_errors=_array(curve["kink_errors"]) if "kink_errors" in curve else None,
             **edge,
         )
 
