@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use flexure::Record;
-use flexure::text::shown_path;
+use flexure::text::{exact, shown_path};
 use flexure_io::RecordFile;
 use flexure_workbench::systems::{Task, check};
 
@@ -50,7 +50,9 @@ impl Experiments {
             let path = shown_path(&file.path);
             match (reading.sample_time(&file, sample_time, &all)?, &known) {
                 (Some(own), Some((first, of))) if (own - first).abs() > SAME_SAMPLE_TIME * first => bail!(
-                    "{path}: the sample time is {own} s, but that of {of} is {first} s; experiments of one system need the same: resample one of them"
+                    "{path}: the sample time is {} s, but that of {of} is {} s; experiments of one system need the same: resample one of them",
+                    exact(own),
+                    exact(*first)
                 ),
                 (Some(own), None) => known = Some((own, path.clone())),
                 _ => {}

@@ -279,7 +279,7 @@ impl Reading {
             bail!(
                 "{}: the sample time is {} s, but the model was identified at {model} s; resample the record",
                 shown_path(&file.path),
-                time.clock.step
+                exact(time.clock.step)
             );
         }
         Ok(time)

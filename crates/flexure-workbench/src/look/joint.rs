@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use flexure::identify::robot_joint::{Estimated, Extra};
 use flexure::look::{Look, Relation};
-use flexure::text::{shown_path, with_error};
+use flexure::text::{exact, shown_path, with_error};
 use flexure_io::RecordFile;
 
 use super::Request;
@@ -252,7 +252,7 @@ impl<'a> Command<'a> {
     /// The command with its reasons.
     fn suggestion(mut self, look: &Look, joint: Joint, sample_time: Option<f64>) -> Suggestion {
         if let Some(step) = self.given {
-            self.options.extend(["--sample-time".to_owned(), step.to_string()]);
+            self.options.extend(["--sample-time".to_owned(), exact(step)]);
         }
         if sample_time.is_none() {
             self.notes.push(

@@ -1,6 +1,7 @@
 //! The command to type after a look.
 
 use flexure::look::{Dependence, Direction, Kind, Look, Relation};
+use flexure::text::exact;
 use flexure_io::RecordFile;
 
 use super::Request;
@@ -313,7 +314,7 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
         options.push("--robust");
         why.push_str(" The output has outliers, which --robust leaves out of the fit.");
     }
-    let step = request.sample_time.map(|step| step.to_string());
+    let step = request.sample_time.map(exact);
     options.extend(step.iter().flat_map(|step| ["--sample-time", step.as_str()]));
     options.extend(["-o", "model.json", "--report", "report.html"]);
     let mut suggestion = Suggestion::new("identify", &options, why);
