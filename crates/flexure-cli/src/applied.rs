@@ -10,7 +10,7 @@ use flexure_workbench::systems::Start;
 use crate::arguments;
 use crate::columns::Connected;
 use crate::files::prepare;
-use crate::reading::Reading;
+use crate::reading::{Reading, Switches};
 
 /// The model, the record, and which columns of it are the model's.
 #[derive(clap::Args)]
@@ -26,7 +26,7 @@ pub struct ModelOnRecord {
     #[arg(long, value_name = "COLUMN")]
     pub output: Option<String>,
     /// The state in which the record begins: by default estimated from the first outputs where the record has enough of them, and where
-    /// fewer samples are skipped than the model takes to settle; otherwise at rest under the first input.
+    /// fewer samples are skipped than the model takes to settle; otherwise the steady state that belongs to the first input.
     #[arg(long, value_name = "INITIAL_STATE", value_parser = arguments::named::<Start>())]
     pub initial_state: Option<Start>,
     #[command(flatten)]
@@ -58,8 +58,8 @@ pub struct Applied {
 }
 
 impl ModelOnRecord {
-    /// Reads both. `tables` and `others` are the files that the command will write; `missing` is the option of that name, where the
-    /// command has it, and becomes true where the model's record could miss outputs.
+    /// Reads both. `tables` and `others` are the files that the command will write; `switches` are options of the
+    /// command, where it has them, and become true where they were for the model's record.
     ///
     /// # Errors
     /// For files that cannot be read or written, columns that the record lacks, and another sample time than the model's.
@@ -67,14 +67,14 @@ impl ModelOnRecord {
         &'a self,
         tables: impl IntoIterator<Item = &'a PathBuf>,
         others: impl IntoIterator<Item = &'a PathBuf>,
-        missing: Option<&mut bool>,
+        switches: Option<&mut Switches>,
     ) -> Result<Applied> {
         if let Some(input) = &self.input {
             arguments::distinct_inputs(&[input], self.output.as_deref())?;
         }
         prepare([&self.model, &self.record], tables, others)?;
         let model = read_model(&self.model)?;
-        let reading = self.reading.as_of_model(&model, missing, &self.record)?;
+        let reading = self.reading.as_of_model(&model, switches, &self.record)?;
         let file = reading.read(&self.record)?;
         let connected = Connected::of_model(&file, &model, self.input.as_deref(), self.output.as_deref())?;
         let time = reading.same_sample_time(&file, model.sample_time, &connected.all())?;

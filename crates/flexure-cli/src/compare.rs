@@ -11,7 +11,7 @@ use crate::columns::Connected;
 use crate::files::{prepare, write_text, wrote};
 use crate::output::{print, print_result, this_command};
 use crate::progress::spinning;
-use crate::reading::Reading;
+use crate::reading::{Reading, Switches};
 
 /// Judge several models on one record, side by side.
 ///
@@ -61,9 +61,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .map(|path| Ok((path.display().to_string(), read_model(path)?)))
         .collect::<Result<_>>()?;
     // Every model's record may have been read in its own way: what this one takes of it, the first model says.
-    let mut missing = arguments.missing;
+    let mut switches = Switches {
+        missing: arguments.missing,
+        // Each model has outliers of its own, and the samples must be the same for all.
+        robust: true,
+    };
     let reading = match models.first() {
-        Some((_, model)) => &arguments.reading.as_of_model(model, Some(&mut missing), record)?,
+        Some((_, model)) => &arguments.reading.as_of_model(model, Some(&mut switches), record)?,
         None => &arguments.reading,
     };
     let file = reading.read(record)?;
@@ -82,7 +86,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let judging = Judging {
         skip: arguments.skip,
-        missing,
+        missing: switches.missing,
         ..Judging::default()
     };
     let compared = spinning("simulating", || Compared::new(compared, &file, judging))?;

@@ -108,6 +108,15 @@ fn typed((name, value): (&String, &String)) -> [String; 2] {
     [format!("--{name}"), value.clone()]
 }
 
+/// Options on the output that a model's record may have had, and records like it then have too.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Switches {
+    /// Outputs may be missing.
+    pub missing: bool,
+    /// Outliers of the output do not count.
+    pub robust: bool,
+}
+
 impl Reading {
     /// Reads the record at `path`, `-` for the standard input, and notes what was decided.
     ///
@@ -182,12 +191,12 @@ impl Reading {
         given.collect()
     }
 
-    /// The same with what was given for the model's record where nothing is given for this one; a note says what. `missing` is the
-    /// option of that name, where the command has it, and becomes true where the model's record could miss outputs.
+    /// The same with what was given for the model's record where nothing is given for this one; a note says what. `switches` are options of
+    /// the command, where it has them, and become true where they were for the model's record.
     ///
     /// # Errors
     /// For options in the model file that this version does not know.
-    pub fn as_of_model(&self, model: &ModelFile, missing: Option<&mut bool>, record: &Path) -> Result<Reading> {
+    pub fn as_of_model(&self, model: &ModelFile, switches: Option<&mut Switches>, record: &Path) -> Result<Reading> {
         let own = self.kept();
         let parts = record
             .extension()
@@ -200,9 +209,16 @@ impl Reading {
         let taken = model.reading.iter().filter(|(name, _)| fits(name));
         let taken: Vec<String> = taken.flat_map(typed).collect();
         let mut said: Vec<String> = taken.iter().map(|word| quoted(word)).collect();
-        if let Some(missing) = missing.filter(|missing| model.missing && !**missing) {
-            *missing = true;
-            said.push("--missing".to_owned());
+        if let Some(Switches { missing, robust }) = switches {
+            for (option, own, of_model) in [
+                ("--missing", missing, model.missing),
+                ("--robust", robust, model.robust),
+            ] {
+                if of_model && !*own {
+                    *own = true;
+                    said.push(option.to_owned());
+                }
+            }
         }
         if !said.is_empty() {
             print_note(&format!(

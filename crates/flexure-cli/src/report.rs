@@ -14,6 +14,7 @@ use crate::arguments;
 use crate::files::{write_text, wrote};
 use crate::output::{print, this_command};
 use crate::progress::spinning;
+use crate::reading::Switches;
 
 /// Write the page that shows a model, judged on a record.
 ///
@@ -30,6 +31,10 @@ pub struct Arguments {
     /// Skip samples whose output is missing (NaN, or an empty field) instead of refusing them.
     #[arg(long)]
     missing: bool,
+    /// Leave outliers of the output out of the verdict: samples far from the model and from the samples beside. A model that was identified
+    /// so is judged so.
+    #[arg(long)]
+    robust: bool,
     /// Write the page here.
     #[arg(short = 'o', long = "out", value_name = "PAGE.html")]
     out: PathBuf,
@@ -69,10 +74,13 @@ impl Page {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let mut missing = arguments.missing;
+    let mut switches = Switches {
+        missing: arguments.missing,
+        robust: arguments.robust,
+    };
     let Applied {
         model, file, connected, ..
-    } = arguments.applied.open([], [&arguments.out], Some(&mut missing))?;
+    } = arguments.applied.open([], [&arguments.out], Some(&mut switches))?;
     let inputs = connected.inputs();
     let system = SystemColumns {
         inputs: &inputs,
@@ -81,10 +89,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let judging = Judging {
         skip: arguments.skip,
         initial_state: arguments.applied.initial_state,
-        missing,
+        missing: switches.missing,
+        robust: switches.robust,
     };
-    let page =
-        Page::new(&model, &file, system, judging).map_err(|error| with_missing(error, &connected.output, !missing))?;
+    let page = Page::new(&model, &file, system, judging)
+        .map_err(|error| with_missing(error, &connected.output, !switches.missing))?;
     write_text(&arguments.out, &page.html)?;
     let Page { verdict, outside, .. } = page;
     if arguments.json {

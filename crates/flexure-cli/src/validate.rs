@@ -10,6 +10,7 @@ use crate::applied::{Applied, ModelOnRecord, with_missing};
 use crate::arguments;
 use crate::files::{write_text, wrote};
 use crate::output::{print, print_result};
+use crate::reading::Switches;
 use crate::report::Page;
 
 /// Judge a model on a record that was not used for its fit.
@@ -28,6 +29,10 @@ pub struct Arguments {
     /// Skip samples whose output is missing (NaN, or an empty field) instead of refusing them.
     #[arg(long)]
     missing: bool,
+    /// Leave outliers of the output out of the verdict: samples far from the model and from the samples beside. A model that was identified
+    /// so is judged so.
+    #[arg(long)]
+    robust: bool,
     /// Write the page of the model on this record here, as flexure report does.
     #[arg(long, value_name = "PAGE.html")]
     report: Option<PathBuf>,
@@ -38,10 +43,13 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let mut missing = arguments.missing;
+    let mut switches = Switches {
+        missing: arguments.missing,
+        robust: arguments.robust,
+    };
     let Applied {
         model, file, connected, ..
-    } = arguments.applied.open([], &arguments.report, Some(&mut missing))?;
+    } = arguments.applied.open([], &arguments.report, Some(&mut switches))?;
     if let Some(skip) = arguments.skip.filter(|skip| *skip >= file.record.len()) {
         bail!(
             "{}: --skip {skip} leaves nothing of {} samples to compare",
@@ -56,10 +64,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let judging = Judging {
         skip: arguments.skip,
         initial_state: arguments.applied.initial_state,
-        missing,
+        missing: switches.missing,
+        robust: switches.robust,
     };
     let judged = Judged::new(&model, &file, columns, judging)
-        .map_err(|error| with_missing(error, &connected.output, !missing))?;
+        .map_err(|error| with_missing(error, &connected.output, !switches.missing))?;
     if let Some(path) = &arguments.report {
         write_text(path, &Page::new(&model, &file, columns, judging)?.html)?;
     }

@@ -39,6 +39,59 @@ fn an_identification_names_outliers_and_robust_leaves_them_out() {
     assert!(fit(&plain) < fit(&clean) - 5.0, "{} {}", fit(&plain), fit(&clean));
 }
 
+/// Outliers that carry most of the squared error hide all else from the tests: no model holds by them.
+#[test]
+fn a_verdict_is_not_hidden_by_outliers() {
+    let folder = Folder::new();
+    folder.known("r.csv", 2000, 3);
+    spoiled(&folder);
+    folder.done("identify r.csv --input u --output y -o clean.json");
+    folder.done("identify spoiled.csv --input u --output y --robust -o robust.json");
+    let clean = folder.json("validate clean.json r.csv");
+    assert_eq!(numbers(&clean["outliers"]), [0.0; 0]);
+    // A single one of 2000, as a sensor that fails once writes it.
+    let text = folder.read("r.csv");
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let fields: Vec<&str> = lines[778].split(',').collect();
+    lines[778] = format!("{},9999,{}", fields[0], fields[2]);
+    folder.write("failed.csv", lines.join("\n"));
+    let said = folder.said("validate clean.json failed.csv --report hidden.html");
+    assert!(
+        said.contains("hidden by outliers") && !said.contains("holds on"),
+        "{said}"
+    );
+    assert!(
+        said.contains("Whether the model holds is not known: 1 sample far from all others carries"),
+        "{said}"
+    );
+    assert!(said.contains("sample 777 (line 779)"), "{said}");
+    assert!(
+        folder
+            .read("hidden.html")
+            .contains("Outliers hide whether the model holds")
+    );
+    let object = folder.json("validate clean.json failed.csv");
+    assert_eq!(object["holds"].as_bool(), Some(false));
+    // Left out, they are as if they had not been; a model that was identified so is judged so.
+    for (command, noted) in [
+        ("validate clean.json failed.csv --robust --json", false),
+        ("validate robust.json failed.csv --json", true),
+    ] {
+        let outcome = folder.run(command);
+        assert_eq!(
+            outcome.stderr.contains("as the model's record was: --robust"),
+            noted,
+            "{outcome:?}"
+        );
+        let object: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap();
+        assert_eq!(numbers(&object["outliers"]), [777.0], "{command}");
+        assert_eq!(object["holds"].as_bool(), Some(true), "{command}: {object}");
+    }
+    let robust = folder.json("validate clean.json failed.csv --robust");
+    let distance = robust["fit_percent"].as_f64().unwrap() - clean["fit_percent"].as_f64().unwrap();
+    assert!(distance.abs() < 0.1, "{distance}");
+}
+
 #[test]
 fn a_regression_names_outliers_and_robust_leaves_them_out() {
     const FAR: [usize; 3] = [60, 200, 317];

@@ -129,7 +129,7 @@ fn values_out_of_range() {
         ),
         (
             "--known a 1=1",
-            "'a' for '--known <X=PHI> <X=PHI>': expected X=PHI, two numbers, for example 0=0",
+            "'a' for '--known <X=PHI> <X=PHI>': expected X=PHI, two numbers of at most 1e100, for example 0=0",
         ),
         (
             "--unit metre",
@@ -156,7 +156,7 @@ fn values_out_of_range() {
     );
     folder.misused(
         "simulate --preset moon -o new.csv",
-        "invalid value 'moon' for '--preset <NAME>': no preset 'moon'; the presets are: space-arm, motor-log, elbow-test, short-stiff, frictionless",
+        "invalid value 'moon' for '--preset <NAME>': no preset 'moon'; the presets are: space-arm, motor-log, elbow-test, short-stiff, frictionless; of chains: free-space-arm, space-manipulator, six-joint-arm, seven-joint-arm",
     );
 }
 

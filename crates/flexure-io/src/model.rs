@@ -71,6 +71,9 @@ pub struct ModelFile {
     /// Whether outputs could be missing, as NaN, in the record. They may then be missing in records like it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub missing: bool,
+    /// Whether outliers of the output were left out. They may then be left out in records like it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub robust: bool,
     /// The records that the model was identified from, one an experiment; empty where that is not known.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub records: Vec<RecordMark>,

@@ -151,6 +151,7 @@ fn model() -> ModelFile {
         }),
         reading: [("skip-lines".to_owned(), "3".to_owned())].into(),
         missing: true,
+        robust: true,
         records: vec![RecordMark {
             name: "r.csv".to_owned(),
             samples: 1200,

@@ -142,6 +142,7 @@ fn memoryless(file: &RecordFile, structure: &str, inputs: &[String], output: &St
         estimated: None,
         reading: BTreeMap::new(),
         missing: false,
+        robust: false,
         records: Vec::new(),
         identification: serde_json::Value::Null,
     }

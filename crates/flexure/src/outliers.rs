@@ -1,10 +1,35 @@
 //! What stands alone, far from all that is near (Hampel 1974).
 
 use crate::quantiles::NORMAL_MAD;
+use crate::record::bridged;
 use crate::{parallel, sort};
 
 /// Samples of a block over which the usual distance is taken. Convention.
 const BLOCK: usize = 100;
+
+/// Usual distances from which a sample is an outlier. Normal ones have none in a million samples. Convention.
+const OUTLIER: f64 = 8.0;
+/// Share of the samples above which what stands alone is the nature of the noise. Convention: least squares of ten times as many others hold.
+const MOST_OUTLIERS: f64 = 0.1;
+
+/// The samples of a signal that stand alone; those that are missing do not count.
+///
+/// ```
+/// let mut errors: Vec<f64> = (0..500).map(|k| f64::from(k * 37 % 101)).collect();
+/// errors[250] = 1e5;
+/// assert_eq!(flexure::outliers::standing_alone(&errors), [250]);
+/// ```
+pub fn standing_alone(signal: &[f64]) -> Vec<usize> {
+    let known = bridged(signal);
+    // Smooth errors are their own running median.
+    let spread = spread(&known).max(f64::MIN_POSITIVE);
+    let found = far(&distances(&known), OUTLIER, spread).into_iter();
+    let found: Vec<usize> = found.filter(|t| signal[*t].is_finite()).collect();
+    match found.len() as f64 > MOST_OUTLIERS * signal.len() as f64 {
+        true => Vec::new(),
+        false => found,
+    }
+}
 
 /// How far every sample is from the running median of five, which leaves steps as they are.
 pub(crate) fn distances(samples: &[f64]) -> Vec<f64> {

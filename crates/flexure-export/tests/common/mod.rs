@@ -226,6 +226,7 @@ pub fn file(structure: &str, block: Block) -> ModelFile {
         estimated: None,
         reading: BTreeMap::new(),
         missing: false,
+        robust: false,
         records: Vec::new(),
         identification: Default::default(),
     }

@@ -62,6 +62,7 @@ pub(super) fn parse(bytes: &[u8]) -> serde_json::Result<ModelFile> {
         estimated: old.estimated,
         reading: BTreeMap::new(),
         missing: false,
+        robust: false,
         records: Vec::new(),
         structure: old.structure,
         identification: old.identification,

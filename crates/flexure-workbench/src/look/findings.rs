@@ -44,7 +44,7 @@ pub fn findings(file: &RecordFile, look: &Look, seconds: f64, sample_time: Optio
     }
     let columns = look.columns.iter().enumerate();
     for (_, column) in columns.filter(|(i, _)| Some(*i) != look.time) {
-        list.column(column);
+        list.column(column, look.time.is_some());
     }
     list.slow(look);
     list.relations(look, sample_time);
@@ -122,12 +122,13 @@ impl List<'_> {
             self.warn(format!("The steps of '{name}' differ from the median step by up to {percent:.0} %: the samples are not evenly spaced."));
         } else if clock.jitter > NOTED_JITTER {
             self.note(format!(
-                "The steps of '{name}' differ from the median step by up to {percent:.0} %."
+                "The steps of '{name}' differ from the median step by up to {percent:.0} %: they count as evenly spaced."
             ));
         }
     }
 
-    fn column(&mut self, column: &Column) {
+    /// What a column is like; whether another one `has_time`, the instants.
+    fn column(&mut self, column: &Column, has_time: bool) {
         let name = &column.name;
         let all = self.file.record.len();
         if column.samples == 0 {
@@ -149,10 +150,12 @@ impl List<'_> {
         }
         if column.constant {
             self.note(format!("'{name}' is {} throughout.", number(column.least)));
-        } else if column.counts {
+        } else if column.counts && !has_time {
             self.note(format!(
                 "'{name}' rises evenly: it counts the samples, or has the instants (then say --time '{name}')."
             ));
+        } else if column.counts {
+            self.note(format!("'{name}' rises evenly."));
         }
         if let Some(levels) = &column.levels {
             let listed: Vec<String> = levels.iter().take(2 * LISTED).map(|&v| short(v)).collect();

@@ -65,6 +65,7 @@ impl Identified {
             sample_time: model.sample_time,
             records: model.records.clone(),
             missing: judging.missing,
+            robust: judging.robust,
             is_other_record: fitted != Some(judged_skip),
             labels: Labels::new(file),
             periodic: None,

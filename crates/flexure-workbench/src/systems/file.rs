@@ -31,6 +31,7 @@ impl Identified {
             estimated: result.verdict.estimated,
             reading: BTreeMap::new(),
             missing: self.missing,
+            robust: self.robust,
             records: self.records.clone(),
             identification: findings(self, |detail| detail.saved),
         }

@@ -31,6 +31,8 @@ pub struct Identified {
     pub is_other_record: bool,
     /// Whether outputs could be missing in its record.
     pub missing: bool,
+    /// Whether outliers of the output were left out.
+    pub robust: bool,
     /// The units of its record's columns.
     pub labels: Labels,
     /// The records that it was identified from, one an experiment.
@@ -92,6 +94,7 @@ impl Task {
             sample_time,
             is_other_record: false,
             missing: self.skips_missing(),
+            robust: self.options.robust,
             labels: Labels::new(file),
             records: marks.collect::<flexure::Result<_>>()?,
             periodic: None,

@@ -1,5 +1,7 @@
 //! Whether a model holds on a record that was not used for its fit.
 
+use std::collections::HashSet;
+
 use anyhow::{Result, bail};
 use flexure::error::DataError;
 use flexure::identify::Verdict;
@@ -16,7 +18,8 @@ use crate::systems::json::tests;
 use crate::systems::prediction::{self, FreeRun, Outside, Start};
 use crate::systems::summary;
 use crate::text::number;
-use flexure::text::{fit, p_value, shown_path};
+use flexure::outliers::standing_alone;
+use flexure::text::{counted, fit, p_value, shown_path};
 
 /// On which samples a model is judged, and where its run starts.
 #[derive(Debug, Clone, Copy, Default)]
@@ -27,6 +30,8 @@ pub struct Judging {
     pub initial_state: Option<Start>,
     /// Whether outputs that are NaN are missing samples, which do not count. Without it they are refused.
     pub missing: bool,
+    /// Whether outliers of the output do not count.
+    pub robust: bool,
 }
 
 /// What a model says about a record that was not used for its fit.
@@ -42,6 +47,42 @@ pub struct Judged {
     within: Option<Verdict>,
     /// Whether the model was identified from this very record.
     pub seen: bool,
+    /// What stands alone in the error.
+    outliers: Outliers,
+}
+
+/// Samples of the output far from the model and from the samples beside.
+struct Outliers {
+    samples: Vec<usize>,
+    /// The lines of the first ones in the file, where it has lines.
+    lines: Vec<Option<u64>>,
+    left_out: bool,
+}
+
+impl Outliers {
+    /// Named are at most so many.
+    const NAMED: usize = 5;
+
+    fn sentence(&self) -> Option<String> {
+        let count = self.samples.len();
+        let named = self.samples.iter().zip(&self.lines).take(Self::NAMED);
+        let named = named.map(|(sample, line)| match line {
+            Some(line) => format!("sample {sample} (line {line})"),
+            None => format!("sample {sample}"),
+        });
+        let mut named: Vec<String> = named.collect();
+        if count > named.len() {
+            named.push(format!("{} more", count - named.len()));
+        }
+        let (outliers, named) = (counted(count, "outlier"), named.join(", "));
+        match (count, self.left_out) {
+            (0, _) => None,
+            (_, true) => Some(format!("{outliers} of the output left out: {named}")),
+            (_, false) => Some(format!(
+                "{outliers} of the output, far from the model and from the samples beside: {named}; --robust leaves them out of the verdict"
+            )),
+        }
+    }
 }
 
 impl Judged {
@@ -72,7 +113,12 @@ impl Judged {
         // Behind the settling time the state at the start no longer counts.
         let start = judging.initial_state.or((skip >= settling).then_some(Start::Steady));
         let free = FreeRun::new(&model.block, file, inputs, Some(y), start)?;
-        let present: Vec<usize> = (skip..y.len()).filter(|&i| !y[i].is_nan()).collect();
+        let error = |i: usize| if i < skip { f64::NAN } else { y[i] - free.output[i] };
+        let outliers = standing_alone(&(0..y.len()).map(error).collect::<Vec<f64>>());
+        let left_out: HashSet<usize> = outliers.iter().copied().filter(|_| judging.robust).collect();
+        let present: Vec<usize> = (skip..y.len())
+            .filter(|i| !y[*i].is_nan() && !left_out.contains(i))
+            .collect();
         let verdicts = |at: &[usize]| {
             let of = |v: &[f64]| at.iter().map(|&i| v[i]).collect::<Vec<f64>>();
             let columns: Vec<Vec<f64>> = u.iter().map(|u| of(u)).collect();
@@ -100,6 +146,11 @@ impl Judged {
             verdict: verdict.clone(),
             within: within.filter(|within| within.residuals.is_some()),
             seen: model.was_identified_from(&mark),
+            outliers: Outliers {
+                lines: outliers.iter().take(Outliers::NAMED).map(|i| file.line(*i)).collect(),
+                samples: outliers,
+                left_out: judging.robust,
+            },
             skip,
             outside,
             free,
@@ -133,6 +184,7 @@ impl Judged {
             "verdict": self.text(),
             "identified_from_this_record": self.seen,
             "residual_tests": tests(verdict),
+            "outliers": self.outliers.samples,
             "samples_outside_range": self.outside.samples,
             "within_range": self.within.as_ref().map(|within| json!({
                 "samples": within.measures.samples,
@@ -196,6 +248,9 @@ impl Judged {
                     ),
                 ),
             }
+        }
+        if let Some(warning) = self.outliers.sentence() {
+            lines.warning(warning);
         }
         if let Some(warning) = self.outside.remark() {
             lines.warning(warning);

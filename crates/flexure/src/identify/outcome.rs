@@ -1,8 +1,9 @@
 //! Whether a model holds on fresh data, and what the user should know besides.
 
-use super::limits::{MOSTLY, NEARLY_ALL, NEGLIGIBLE_MISFIT};
+use super::limits::{MOST_OF_THE_ERROR, MOSTLY, NEARLY_ALL, NEGLIGIBLE_MISFIT};
 use crate::linear::correlation::mean;
-use crate::text::{self, capitalised, nearly_all, number, p_value, percent};
+use crate::outliers::standing_alone;
+use crate::text::{self, capitalised, counted, nearly_all, number, p_value, percent};
 use crate::validation::{Estimated, FitMeasures, ResidualTest, ResidualTests};
 
 /// So many outliers are named by their sample.
@@ -157,7 +158,7 @@ fn outliers(samples: &[usize], left_out: bool) -> String {
     };
     match left_out {
         true => format!(
-            "{count} {what} of the output {are} left out of the fit and of the verdict ({samples} {})",
+            "{count} {what} of the output {are} left out ({samples} {})",
             at.join(", ")
         ),
         false => format!(
@@ -177,6 +178,33 @@ pub struct Verdict {
     pub residuals: Option<ResidualTests>,
     /// What the model was estimated from, where the tests allow for its own error.
     pub estimated: Option<Estimated>,
+    /// The outliers that hide the rest of the error from the tests, if there are some.
+    pub hidden_by: Option<Hiding>,
+}
+
+/// Samples that stand alone and carry most of the squared error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hiding {
+    /// How many.
+    pub samples: usize,
+    /// Their share of the squared error.
+    pub share: f64,
+}
+
+impl Hiding {
+    /// Those among the errors of a model that explains this share of the output's variance.
+    fn among(errors: &[f64], r_squared: f64) -> Option<Self> {
+        if r_squared >= MOSTLY {
+            return None;
+        }
+        let squares = |at: &mut dyn Iterator<Item = f64>| at.map(|e| e * e).sum::<f64>();
+        let found = standing_alone(errors);
+        let share = squares(&mut found.iter().map(|&t| errors[t])) / squares(&mut errors.iter().copied());
+        (share > MOST_OF_THE_ERROR).then_some(Hiding {
+            samples: found.len(),
+            share,
+        })
+    }
 }
 
 impl Verdict {
@@ -255,6 +283,7 @@ impl Verdict {
             measures,
             residuals: test(&residual).ok(),
             estimated: None,
+            hidden_by: Hiding::among(&residual, measures.r_squared),
         })
     }
 
@@ -272,7 +301,7 @@ impl Verdict {
     }
 
     /// Whether the model holds: it explains something; no test refutes it, or the [misfit](Self::misfit) is negligible; and what it
-    /// leaves is white noise, or at most a tenth of the output's variance.
+    /// leaves is white noise, or at most a tenth of the output's variance. Where outliers hide the rest of the error, nothing is known.
     ///
     /// A misfit is negligible below 1 % of the output's standard deviation. What of the error follows from its own past counts with
     /// it: it may be noise or a part that depends on the input over a longer time than a test sees.
@@ -280,7 +309,8 @@ impl Verdict {
     /// A large error with a colour of its own may be noise or something that the model misses: that no test
     /// finds the input in it does not say which.
     pub fn holds(&self) -> bool {
-        self.measures.fit_percent > 0.0 && self.residuals.is_some() && !self.is_refuted() && !self.is_open()
+        let is_judged = self.residuals.is_some() && self.hidden_by.is_none();
+        self.measures.fit_percent > 0.0 && is_judged && !self.is_refuted() && !self.is_open()
     }
 
     /// Whether a test refutes the model, and the misfit matters.
@@ -307,6 +337,7 @@ impl Verdict {
         match &self.residuals {
             _ if self.holds() && self.refutation().is_some() => "holds, but for a negligible misfit",
             _ if self.holds() => "holds",
+            _ if self.hidden_by.is_some() => "hidden by outliers",
             None => "not tested: too few fresh data",
             Some(_) if self.measures.fit_percent <= 0.0 => "does not hold",
             Some(_) if !self.is_refuted() => "neither refuted nor supported",
@@ -322,6 +353,7 @@ impl Verdict {
                 "The model holds on fresh data, but for a negligible misfit"
             }
             _ if self.holds() => "The model holds on fresh data",
+            _ if self.hidden_by.is_some() => "Outliers hide whether the model holds",
             None => "Too few fresh data to judge the model",
             Some(_) if self.measures.fit_percent <= 0.0 => "The model does not hold on fresh data",
             Some(_) if !self.is_refuted() => "The fresh data do not refute the model, nor do they support it",
@@ -335,6 +367,18 @@ impl Verdict {
     /// The answer in sentences: how much the model explains, then how large the misfit is, then the test that says so.
     pub fn text(&self) -> String {
         let fit = self.measures.fit_percent;
+        if let Some(Hiding { samples, share }) = self.hidden_by {
+            let (samples, carry) = (
+                counted(samples, "sample"),
+                if samples == 1 { "carries" } else { "carry" },
+            );
+            return format!(
+                "Whether the model holds is not known: {samples} far from all others {carry} {} of the squared error and hide the rest \
+                 from the tests (fit {}). Left out of the verdict (the option robust, --robust), they no longer do.",
+                percent(share),
+                text::fit(fit, 1)
+            );
+        }
         if fit <= 0.0 {
             return format!(
                 "The model does not hold: on fresh data it predicts no better than the output's mean (fit {}).",

@@ -11,32 +11,17 @@ use super::outcome::Warning;
 use super::request::{Options, Progress, Request, Structure};
 use super::result::{Detail, Identification};
 use crate::error::Result;
-use crate::outliers::{distances, far, spread};
+use crate::outliers::standing_alone;
 use crate::record::{Record, bridged};
 
-/// Usual distances from which an error is an outlier. Normal errors have none in a million samples. Convention.
-const OUTLIER: f64 = 8.0;
-/// Share of the samples above which what stands alone is the nature of the noise. Convention: least squares of ten times as many others hold.
-const MOST_OUTLIERS: f64 = 0.1;
 /// Share of the state before a record after which it counts as forgotten. Convention.
 const SETTLED: f64 = 0.01;
 /// Share of a record at most whose errors may come from the state before it. Convention.
 const LONGEST_START: f64 = 0.1;
+/// The share of the output's variance below which a fit may have been ruined. Convention.
+const RUINED: f64 = 0.5;
 /// Fits at most. Two suffice where the first finds all outliers.
 const ROUNDS: usize = 5;
-
-/// The samples of a signal that stand alone; those that are missing do not count.
-fn standing_alone(signal: &[f64]) -> Vec<usize> {
-    let known = bridged(signal);
-    // Smooth errors are their own running median.
-    let spread = spread(&known).max(f64::MIN_POSITIVE);
-    let found = far(&distances(&known), OUTLIER, spread).into_iter();
-    let found: Vec<usize> = found.filter(|t| signal[*t].is_finite()).collect();
-    match found.len() as f64 > MOST_OUTLIERS * signal.len() as f64 {
-        true => Vec::new(),
-        false => found,
-    }
-}
 
 fn output(request: &Request<'_>) -> Result<Vec<f64>> {
     let each = request.records.iter().map(|record| record.column(request.output));
@@ -60,7 +45,14 @@ fn outliers(request: &Request<'_>, measured: &[f64], result: &Identification) ->
 pub(super) fn warned(mut result: Identification, request: &Request<'_>) -> Result<Identification> {
     let is_said = |w: &Warning| matches!(w, Warning::Outliers { .. });
     if !result.warnings.iter().any(is_said) {
-        let samples = outliers(request, &output(request)?, &result);
+        let output = output(request)?;
+        let mut samples = outliers(request, &output, &result);
+        // An outlier that ruined the fit stands out from the output, and hardly from the model.
+        if result.verdict.measures.r_squared < RUINED {
+            samples.extend(standing_alone(&output));
+            samples.sort_unstable();
+            samples.dedup();
+        }
         say(&mut result, samples, false);
     }
     Ok(result)
