@@ -139,6 +139,7 @@ impl PyModel {
         self.with_record(py, inputs, Some(output), move |model, file, columns| {
             let judging = Judging {
                 skip,
+                robust: model.robust,
                 ..Judging::default()
             };
             Ok(Judged::new(model, file, columns, judging)?.json().to_string())
