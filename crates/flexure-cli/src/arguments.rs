@@ -269,7 +269,9 @@ pub fn kernel(text: &str) -> Result<Kernel, String> {
 pub fn known_point(text: &str) -> Result<[f64; 2], String> {
     let point = text.split_once('=');
     let point = point.and_then(|(x, phi)| Some([number(x.trim(), |_| true)?, number(phi.trim(), |_| true)?]));
-    point.ok_or_else(|| "expected X=PHI, two numbers of at most 1e100, for example 0=0".to_owned())
+    point.ok_or_else(|| {
+        "expected X=PHI, two numbers of a usual size (from 1e-100 to 1e100, or 0), for example 0=0".to_owned()
+    })
 }
 
 /// Refuses two points that do not fix a scale and an offset.

@@ -39,6 +39,9 @@ pub struct Arguments {
     /// Skip samples whose output is missing (NaN, or an empty field) instead of refusing them.
     #[arg(long)]
     missing: bool,
+    /// Leave outliers of the output out of the verdicts: of each model, samples far from it and from the samples beside.
+    #[arg(long)]
+    robust: bool,
     /// Write a page with the models' runs here.
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
@@ -63,8 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     // Every model's record may have been read in its own way: what this one takes of it, the first model says.
     let mut switches = Switches {
         missing: arguments.missing,
-        // Each model has outliers of its own, and the samples must be the same for all.
-        robust: true,
+        robust: arguments.robust,
     };
     let reading = match models.first() {
         Some((_, model)) => &arguments.reading.as_of_model(model, Some(&mut switches), record)?,
@@ -87,6 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let judging = Judging {
         skip: arguments.skip,
         missing: switches.missing,
+        robust: switches.robust,
         ..Judging::default()
     };
     let compared = spinning("simulating", || Compared::new(compared, &file, judging))?;

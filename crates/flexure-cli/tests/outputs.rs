@@ -94,6 +94,25 @@ mod linux {
         assert!(folder.content().keys().all(|name| !name.ends_with(".tmp")));
     }
 
+    /// A program does not take what another one is about to name for what a dead one left.
+    #[test]
+    fn programs_that_write_the_same_files_do_not_disturb_each_other() {
+        let folder = Folder::new();
+        folder.known("r.csv", 600, 1);
+        let command = "identify r.csv --input u --output y --structure linear -o k.json --report k.html";
+        std::thread::scope(|scope| {
+            for _ in 0..6 {
+                scope.spawn(|| {
+                    for _ in 0..4 {
+                        let outcome = folder.run(command);
+                        assert_eq!(outcome.code, Some(0), "{outcome:?}");
+                    }
+                });
+            }
+        });
+        assert!(folder.content().keys().all(|name| !name.ends_with(".tmp")));
+    }
+
     /// What goes to the standard output by its name goes on where that is, be it a file or a pipe.
     #[test]
     fn the_standard_output_can_be_named() {

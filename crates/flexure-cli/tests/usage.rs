@@ -129,7 +129,7 @@ fn values_out_of_range() {
         ),
         (
             "--known a 1=1",
-            "'a' for '--known <X=PHI> <X=PHI>': expected X=PHI, two numbers of at most 1e100, for example 0=0",
+            "'a' for '--known <X=PHI> <X=PHI>': expected X=PHI, two numbers of a usual size (from 1e-100 to 1e100, or 0), for example 0=0",
         ),
         (
             "--unit metre",
@@ -243,7 +243,7 @@ fn lists_that_name_something_twice() {
     }
 }
 
-/// Numbers that would overflow, or that an estimator takes of no data, are wrong usage; what the data decide is not.
+/// Numbers that would overflow, or that no data make valid, are wrong usage; what the data decide is not.
 #[test]
 fn numbers_that_no_data_make_right() {
     let folder = Folder::new();

@@ -28,16 +28,21 @@ pub fn write_atomically(
     into_place(path, write).map_err(|source| Error::write(path, source))
 }
 
-/// Files that wait for others before they get their names, and these names.
-type Waiting = Vec<(Temporary, PathBuf)>;
+/// A file that waits for others before it gets its name. Open, it stays locked: nobody takes it for one of a dead process.
+struct Waiting {
+    temporary: Temporary,
+    target: PathBuf,
+    _locked: File,
+}
 
 thread_local! {
     /// What this thread writes [`together`].
-    static WAITING: RefCell<Option<Waiting>> = const { RefCell::new(None) };
+    static WAITING: RefCell<Option<Vec<Waiting>>> = const { RefCell::new(None) };
 }
 
 /// Runs `work`, whose writes on this thread by [`write_atomically`] take effect together once it has succeeded; if it fails, every file is
-/// as it was before. Devices and pipes are written at once.
+/// as it was before. Devices and pipes are written at once. All content is on the disk before the first file gets its name; where the system
+/// then refuses a name, the files before it have theirs.
 ///
 /// ```
 /// # let folder = tempfile::tempdir()?;
@@ -63,7 +68,12 @@ pub fn together<T, E: From<Error>>(work: impl FnOnce() -> std::result::Result<T,
     // What failed is dropped, and with it the temporary files.
     let waiting = WAITING.take().unwrap_or_default();
     let result = result?;
-    for (temporary, target) in waiting {
+    for file in waiting {
+        let Waiting {
+            temporary,
+            target,
+            _locked,
+        } = file;
         temporary.put(&target).map_err(|cause| Error::write(&target, cause))?;
     }
     Ok(result)
@@ -187,7 +197,11 @@ fn into_place(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> io::Resul
     file.sync_all()?;
     WAITING.with_borrow_mut(|waiting| match waiting {
         Some(waiting) => {
-            waiting.push((temporary, target));
+            waiting.push(Waiting {
+                temporary,
+                target,
+                _locked: file,
+            });
             Ok(())
         }
         None => temporary.put(&target),

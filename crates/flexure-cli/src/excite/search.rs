@@ -47,7 +47,8 @@ pub struct Trial {
 
 impl Trial {
     /// Simulates the arm under signals of this scale.
-    /// `progress` hears of the simulated time.
+    ///
+    /// `progress` is called with the simulated time.
     fn new(
         setup: &Setup,
         reference: bool,

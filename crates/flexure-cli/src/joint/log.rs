@@ -20,7 +20,7 @@ pub enum Number {
     Named(String),
 }
 
-/// The sizes of torques and angles per unit of another size.
+/// Allowed sizes of conversion factors.
 const FACTORS: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
 
 /// A number, or the name of a constant.

@@ -65,7 +65,7 @@ pub struct Scenario {
     pub seeds: usize,
     /// The controllers, at least one.
     pub controllers: Vec<ControllerTable>,
-    /// The arm files that it names, presets too.
+    /// The arm files that it names.
     pub files: Vec<PathBuf>,
 }
 
@@ -254,7 +254,8 @@ impl Scenario {
             files: [Some(&file.plant), file.model.as_ref()]
                 .into_iter()
                 .flatten()
-                .filter_map(|table| Some(folder.join(table.arm.as_ref()?)))
+                .filter_map(|table| table.arm.as_ref().filter(|name| name.ends_with(".toml")))
+                .map(|name| folder.join(name))
                 .collect(),
         })
     }

@@ -374,7 +374,7 @@ impl Verdict {
             );
             return format!(
                 "Whether the model holds is not known: {samples} far from all others {carry} {} of the squared error and hide the rest \
-                 from the tests (fit {}). Left out of the verdict (the option robust, --robust), they no longer do.",
+                 from the tests (fit {}). The option robust (--robust) leaves them out of the verdict.",
                 percent(share),
                 text::fit(fit, 1)
             );
