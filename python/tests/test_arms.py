@@ -63,7 +63,7 @@ def test_what_is_wrong_is_said(tmp_path):
         arm.simulate(np.full((5, 2), np.nan))
     with pytest.raises(flexure.ParameterError, match="not both"):
         arm.simulate(np.zeros((5, 2)), deflection=np.zeros((5, 2)))
-    with pytest.raises(flexure.SimulationError, match="steps were not enough"):
+    with pytest.raises(flexure.ParameterError, match="max_steps is 3, but must be at least the number of samples"):
         flexure.Arm.from_text(text.replace("[run]", "[run]\nmax_steps = 3")).simulate()
 
 

