@@ -61,7 +61,7 @@ fn a_verdict_is_not_hidden_by_outliers() {
         "{said}"
     );
     assert!(
-        said.contains("Whether the model holds is not known: 1 sample far from all others carries"),
+        said.contains("Whether it holds is not known: 1 sample far from all others carries"),
         "{said}"
     );
     assert!(said.contains("sample 777 (line 779)"), "{said}");

@@ -367,19 +367,7 @@ impl Verdict {
     /// The answer in sentences: how much the model explains, then how large the misfit is, then the test that says so.
     pub fn text(&self) -> String {
         let fit = self.measures.fit_percent;
-        if let Some(Hiding { samples, share }) = self.hidden_by {
-            let (samples, carry) = (
-                counted(samples, "sample"),
-                if samples == 1 { "carries" } else { "carry" },
-            );
-            return format!(
-                "Whether the model holds is not known: {samples} far from all others {carry} {} of the squared error and hide the rest \
-                 from the tests (fit {}). The option robust (--robust) leaves them out of the verdict.",
-                percent(share),
-                text::fit(fit, 1)
-            );
-        }
-        if fit <= 0.0 {
+        if fit <= 0.0 && self.hidden_by.is_none() {
             return format!(
                 "The model does not hold: on fresh data it predicts no better than the output's mean (fit {}).",
                 text::fit(fit, 1)
@@ -389,6 +377,17 @@ impl Verdict {
             "On fresh data the model explains {} of the output's variance (fit {fit:.1} %).",
             nearly_all(self.measures.r_squared.max(0.0))
         );
+        if let Some(Hiding { samples, share }) = self.hidden_by {
+            let (samples, carry) = (
+                counted(samples, "sample"),
+                if samples == 1 { "carries" } else { "carry" },
+            );
+            return format!(
+                "{explains} Whether it holds is not known: {samples} far from all others {carry} {} of the squared error and hide the rest \
+                 from the tests. The option robust (--robust) leaves them out of the verdict.",
+                percent(share)
+            );
+        }
         if self.residuals.is_none() {
             return format!(
                 "{explains} The fresh part is too short for residual tests: whether the model holds is not known."
