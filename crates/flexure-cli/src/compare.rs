@@ -39,7 +39,7 @@ pub struct Arguments {
     /// Skip samples whose output is missing (NaN, or an empty field) instead of refusing them.
     #[arg(long)]
     missing: bool,
-    /// Leave outliers of the output out of the verdicts: of each model, samples far from it and from the samples beside.
+    /// Leave outliers of the output out of the verdicts: samples far from the model and from the neighbouring samples. Each model has its own.
     #[arg(long)]
     robust: bool,
     /// Write a page with the models' runs here.

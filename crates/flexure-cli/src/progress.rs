@@ -106,7 +106,7 @@ impl Reported {
     fn show(&self, what: &str, step: Option<String>, progress: &Progress) {
         let stage = self.stage.lock().ok().and_then(|current| current.clone());
         let [done, all] = self.units.each_ref().map(|units| units.load(Ordering::Relaxed));
-        // Beside what is left of all of it, nothing is said of a step.
+        // Once the time left for all of the work is shown, that of the step is not.
         let step = step.filter(|_| done == 0);
         let parts = [Some(what.to_owned()), stage, step];
         let message = parts.into_iter().flatten().collect::<Vec<_>>().join(": ");

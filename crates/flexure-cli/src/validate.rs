@@ -29,8 +29,8 @@ pub struct Arguments {
     /// Skip samples whose output is missing (NaN, or an empty field) instead of refusing them.
     #[arg(long)]
     missing: bool,
-    /// Leave outliers of the output out of the verdict: samples far from the model and from the samples beside. A model that was identified
-    /// so is judged so.
+    /// Leave outliers of the output out of the verdict: samples far from the model and from the neighbouring samples. A model that was
+    /// identified with this option is judged with it.
     #[arg(long)]
     robust: bool,
     /// Write the page of the model on this record here, as flexure report does.

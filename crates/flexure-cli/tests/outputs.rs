@@ -44,7 +44,7 @@ fn nothing_is_written_over_what_is_read_or_twice() {
     folder.misused("simulate arec.toml --write-arm exc.csv", &format!("exc.csv {READ}"));
 }
 
-/// The lines with the first key in place of every line that begins like it.
+/// The text with `with` in place of every line that begins with `begins`.
 fn with_lines_replaced(text: &str, begins: &str, with: &str) -> String {
     let line = |line: &str| match line.trim_start().starts_with(begins) {
         true => with.to_owned(),

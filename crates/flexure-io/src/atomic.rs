@@ -28,7 +28,7 @@ pub fn write_atomically(
     into_place(path, write).map_err(|source| Error::write(path, source))
 }
 
-/// A file that waits for others before it gets its name. Open, it stays locked: nobody takes it for one of a dead process.
+/// A file that gets its name when all others are written. It is kept open, and so locked: no other process takes it for one of a dead process.
 struct Waiting {
     temporary: Temporary,
     target: PathBuf,
@@ -68,12 +68,13 @@ pub fn together<T, E: From<Error>>(work: impl FnOnce() -> std::result::Result<T,
     // What failed is dropped, and with it the temporary files.
     let waiting = WAITING.take().unwrap_or_default();
     let result = result?;
-    for file in waiting {
-        let Waiting {
-            temporary,
-            target,
-            _locked,
-        } = file;
+    // Each stays locked until it has its name.
+    for Waiting {
+        temporary,
+        target,
+        _locked,
+    } in waiting
+    {
         temporary.put(&target).map_err(|cause| Error::write(&target, cause))?;
     }
     Ok(result)
@@ -145,7 +146,7 @@ fn is_device(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
 }
 
-/// The standard output or error stream, where the path means one of them: what writes there goes on where the process itself writes.
+/// The standard output or error stream, where the path means one of them. A write to it continues behind what the process has written.
 fn standard(path: &Path) -> Option<io::Result<File>> {
     #[cfg(unix)]
     {

@@ -3,7 +3,8 @@
 use super::limits::{CONSTANT, FEW_LEVELS, FRESH_SHARES, MOST_OUTSIDE, NEGLIGIBLE_COLOUR, WHITENESS_LAGS};
 use std::ops::Range;
 
-use super::outcome::{Verdict, Warning};
+use super::outcome::Verdict;
+use super::warning::Warning;
 use crate::error::{DataError, Error, Result};
 use crate::linear::correlation::{cross_covariance, variance};
 use crate::nonlinearity::{Curve, Outside};

@@ -21,8 +21,8 @@ pub(super) const MOST_OUTSIDE: f64 = 1.0;
 pub(super) const NEARLY_ALL: f64 = 0.9;
 /// A refuted model that explains this share of the output's variance, a fit of 90 %, does not hold "exactly". Convention.
 pub(super) const MOSTLY: f64 = 0.99;
-/// Outliers that carry more than this share of the squared error hide the rest of it from the tests. Convention: the rest then seems to be a third of
-/// its size, and less.
+/// Outliers that carry more than this share of the squared error hide the rest of it from the tests. Convention: they then more than
+/// triple the error's standard deviation, against which the tests see all else.
 pub(super) const MOST_OF_THE_ERROR: f64 = 0.9;
 /// A misfit of less than this share of the output's standard deviation does not matter, however surely it is there. Convention: it is
 /// a tenth of a line's width in a plot of the output.

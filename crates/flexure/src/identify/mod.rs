@@ -44,6 +44,7 @@ mod run;
 mod samples;
 mod structures;
 mod surface;
+mod warning;
 
 pub(crate) use checks::few_levels;
 
@@ -53,10 +54,11 @@ pub use feedback::FEEDBACK;
 pub use hammerstein::{
     Calibration, HAMMERSTEIN, HammersteinMethod, PhysicalForm, PlainHammerstein, RefinedHammerstein, RegressionLag,
 };
-pub use outcome::{Verdict, Warning};
+pub use outcome::{Hiding, Verdict};
 pub use reference::{DecayPrior, NARX, VOLTERRA};
 pub use registry::structures;
 pub use request::{Options, Progress, Request, Structure};
 pub use result::{Identification, StructureName};
 pub use structures::{HAMMERSTEIN_WIENER, LINEAR, MULTIPLE_INPUTS, PARALLEL, WIENER, WIENER_HAMMERSTEIN};
 pub use surface::JOINT_INPUTS;
+pub use warning::Warning;

@@ -1,173 +1,10 @@
-//! Whether a model holds on fresh data, and what the user should know besides.
+//! Whether a model holds on fresh data.
 
 use super::limits::{MOST_OF_THE_ERROR, MOSTLY, NEARLY_ALL, NEGLIGIBLE_MISFIT};
 use crate::linear::correlation::mean;
 use crate::outliers::standing_alone;
-use crate::text::{self, capitalised, counted, nearly_all, number, p_value, percent};
+use crate::text::{self, capitalised, counted, nearly_all, p_value, percent};
 use crate::validation::{Estimated, FitMeasures, ResidualTest, ResidualTests};
-
-/// So many outliers are named by their sample.
-const NAMED_OUTLIERS: usize = 5;
-
-/// Something that the user should know before trusting the model.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum Warning {
-    /// The input's samples depend on one another.
-    #[error(
-        "the input is not white (its largest autocorrelation is {largest:.2} at lag {lag}), which the plain method \
-         assumes: the covariances were deconvolved and the other lags taken out of the regression, which is less exact"
-    )]
-    InputNotWhite {
-        /// The largest autocorrelation in absolute value.
-        largest: f64,
-        /// Its lag.
-        lag: usize,
-    },
-    /// The input takes few values.
-    #[error(
-        "the input has only {levels} levels: a nonlinearity at the input {}",
-        match levels {
-            2 => "cannot be told from a straight line",
-            _ => "is known at those alone, and drawn straight between them",
-        }
-    )]
-    FewLevels {
-        /// The number of distinct values.
-        levels: usize,
-    },
-    /// The output does not seem to depend on the input.
-    #[error(
-        "the output shows no significant dependence on the input at lags 0 to {lags}: the model is not to be trusted"
-    )]
-    NoDependence {
-        /// The last lag that was looked at.
-        lags: usize,
-    },
-    /// The cross-validation score is best at the end of its range.
-    #[error(
-        "the cross-validation score is smallest at the edge of the bandwidths tried ({bandwidth}): the nonlinearity is constant, or rougher than the data resolve"
-    )]
-    BandwidthAtEdge {
-        /// The bandwidth.
-        bandwidth: f64,
-    },
-    /// The linear part was still far from settled at the last lag that the record allows.
-    #[error(
-        "the impulse response has not settled after {lags} samples, the most that this record allows: sample more slowly, or record for longer"
-    )]
-    NotSettled {
-        /// The last lag that was used.
-        lags: usize,
-    },
-    /// The static gain nearly vanishes, so that the linear part could not be scaled to a unit one.
-    #[error(
-        "the linear part's static gain nearly vanishes: its first coefficient is 1 instead, and the output's mean is kept as an offset"
-    )]
-    NoStaticGain,
-    /// The fresh part's input leaves the range in which the nonlinearity was estimated.
-    #[error(
-        "{percent:.1} % of the fresh part's input lies outside the range [{}, {}] of the fit, where the curve is {}",
-        number(*.low), number(*.high), if *.continued { "continued straight" } else { "held at its end value" }
-    )]
-    OutsideRange {
-        /// Share of the fresh samples.
-        percent: f64,
-        /// Smallest input of the fit.
-        low: f64,
-        /// Largest input of the fit.
-        high: f64,
-        /// Whether the curve goes on straight there; else it has the value of its end.
-        continued: bool,
-    },
-    /// The model predicts no better than the output's mean.
-    #[error(
-        "the free-run error on fresh data exceeds the output's own spread (fit {}): the model explains nothing",
-        text::fit(*.fit_percent, 1)
-    )]
-    Useless {
-        /// The fit on fresh data.
-        fit_percent: f64,
-    },
-    /// The input's samples depend on one another, which the refined estimate allows.
-    #[error(
-        "the input is not white (its largest autocorrelation is {largest:.2} at lag {lag}): the refined estimate does not \
-         need it to be, but the blocks are separated less well"
-    )]
-    ColouredInput {
-        /// The largest autocorrelation in absolute value.
-        largest: f64,
-        /// Its lag.
-        lag: usize,
-    },
-    /// The refinement found nothing better than the plain estimate.
-    #[error("the refinement did not lower the error of the plain estimate, which is returned without standard errors")]
-    NotRefined,
-    /// The score of an estimator without a bandwidth is best at the end of its range.
-    #[error(
-        "the cross-validation score is smallest at the edge of the values tried ({parameter} {value}): the nonlinearity is rougher than these resolve"
-    )]
-    ParameterAtEdge {
-        /// The parameter's name.
-        parameter: &'static str,
-        /// Its value.
-        value: f64,
-    },
-    /// The output does not settle under a constant input.
-    #[error(
-        "'{output}' integrates '{input}', as a position integrates a force, and does not settle: a joint's friction and inertia \
-         explain that (`flexure joint`). Only `--structure linear` has poles for it; for a nonlinearity identify the output's difference"
-    )]
-    IntegratedOutput {
-        /// The column that is integrated.
-        input: String,
-        /// The column that integrates it.
-        output: String,
-    },
-    /// Samples of the output that stand alone, far from the model.
-    #[error("{}", outliers(samples, *.left_out))]
-    Outliers {
-        /// Their indices, of all experiments one after the other.
-        samples: Vec<usize>,
-        /// Whether they were left out.
-        left_out: bool,
-    },
-    /// There is little for a cascade's search to start from.
-    #[error(
-        "the best linear approximation explains only {percent:.1} % of the output's variance, from which a cascade's poles and \
-         zeros are hardly known: give the input a mean where the nonlinearity is steep, or record for longer"
-    )]
-    WeakLinearApproximation {
-        /// The share explained.
-        percent: f64,
-    },
-}
-
-/// The sentence on outliers: their number, and the first of them.
-fn outliers(samples: &[usize], left_out: bool) -> String {
-    let (count, several) = (samples.len(), samples.len() > 1);
-    let mut at: Vec<String> = samples.iter().take(NAMED_OUTLIERS).map(usize::to_string).collect();
-    if count > at.len() {
-        at.push(format!("{} more", count - at.len()));
-    }
-    let what = if several { "outliers" } else { "outlier" };
-    let (samples, are) = if several {
-        ("samples", "were")
-    } else {
-        ("sample", "was")
-    };
-    match left_out {
-        true => format!(
-            "{count} {what} of the output {are} left out ({samples} {})",
-            at.join(", ")
-        ),
-        false => format!(
-            "the output has {count} {what}, far from the model and from the samples beside ({samples} {}): the option robust (--robust) leaves \
-             them out of the fit",
-            at.join(", ")
-        ),
-    }
-}
 
 /// The answer to "does the model hold?", on data that were not used for the fit.
 #[derive(Debug, Clone, PartialEq)]
@@ -192,7 +29,8 @@ pub struct Hiding {
 }
 
 impl Hiding {
-    /// Those among the errors of a model that explains this share of the output's variance.
+    /// The outliers among these errors, if they carry most of the squared error; `r_squared` is the share of the output's variance that the
+    /// model explains.
     fn among(errors: &[f64], r_squared: f64) -> Option<Self> {
         if r_squared >= MOSTLY {
             return None;
@@ -207,13 +45,46 @@ impl Hiding {
     }
 }
 
+/// What all verdicts on one prediction share.
+struct Judged {
+    measures: FitMeasures,
+    errors: Vec<f64>,
+    hidden_by: Option<Hiding>,
+}
+
+impl Judged {
+    fn new(y: &[f64], predicted: &[f64]) -> crate::Result<Self> {
+        let measures = FitMeasures::new(y, predicted)?;
+        let errors: Vec<f64> = y.iter().zip(predicted).map(|(y, p)| y - p).collect();
+        Ok(Judged {
+            hidden_by: Hiding::among(&errors, measures.r_squared),
+            measures,
+            errors,
+        })
+    }
+
+    fn verdict(
+        &self,
+        test: impl FnOnce(&[f64]) -> crate::Result<ResidualTests>,
+        estimated: Option<Estimated>,
+    ) -> Verdict {
+        Verdict {
+            measures: self.measures,
+            residuals: test(&self.errors).ok(),
+            estimated,
+            hidden_by: self.hidden_by,
+        }
+    }
+}
+
 impl Verdict {
     /// Judges a free-run prediction of `y` under the input `u`.
     ///
     /// # Errors
     /// Those of [`FitMeasures::new`].
     pub fn new(u: &[f64], y: &[f64], predicted: &[f64]) -> crate::Result<Self> {
-        Verdict::tested(y, predicted, |e| ResidualTests::with_prediction(e, u, predicted))
+        let judged = Judged::new(y, predicted)?;
+        Ok(judged.verdict(|e| ResidualTests::with_prediction(e, u, predicted), None))
     }
 
     /// As [`Verdict::new`], for the prediction of a model that was estimated from other samples, whose parameters' own
@@ -223,10 +94,7 @@ impl Verdict {
     /// Those of [`FitMeasures::new`].
     pub fn of_estimate(u: &[f64], y: &[f64], predicted: &[f64], estimated: Estimated) -> crate::Result<Self> {
         let test = |e: &[f64]| ResidualTests::of_estimate(e, u, predicted, estimated);
-        Ok(Verdict {
-            estimated: Some(estimated),
-            ..Verdict::tested(y, predicted, test)?
-        })
+        Ok(Judged::new(y, predicted)?.verdict(test, Some(estimated)))
     }
 
     /// The verdicts of several inputs, one an input and then one a pair of inputs; of an estimate, if `estimated` says from what.
@@ -251,14 +119,12 @@ impl Verdict {
         let pairs = (0..inputs.len()).flat_map(|i| (i + 1..inputs.len()).map(move |j| (i, j)));
         let products = pairs.map(|(i, j)| deviations[i].iter().zip(&deviations[j]).map(|(a, b)| a * b).collect());
         let tested: Vec<Vec<f64>> = inputs.iter().map(|u| u.to_vec()).chain(products).collect();
-        let of = |u: &Vec<f64>| -> crate::Result<Verdict> {
+        let judged = Judged::new(y, predicted)?;
+        let of = |u: &Vec<f64>| {
             let test = |e: &[f64]| ResidualTests::among(e, u, predicted, estimated, tested.len());
-            Ok(Verdict {
-                estimated,
-                ..Verdict::tested(y, predicted, test)?
-            })
+            judged.verdict(test, estimated)
         };
-        tested.iter().map(of).collect()
+        Ok(tested.iter().map(of).collect())
     }
 
     /// Of several verdicts on one prediction, the one with the largest [misfit](Self::misfit), else the first that does not hold,
@@ -270,21 +136,6 @@ impl Verdict {
         refuted
             .or_else(|| verdicts.iter().find(|v| !v.holds()))
             .or(verdicts.first())
-    }
-
-    fn tested(
-        y: &[f64],
-        predicted: &[f64],
-        test: impl FnOnce(&[f64]) -> crate::Result<ResidualTests>,
-    ) -> crate::Result<Self> {
-        let measures = FitMeasures::new(y, predicted)?;
-        let residual: Vec<f64> = y.iter().zip(predicted).map(|(y, p)| y - p).collect();
-        Ok(Verdict {
-            measures,
-            residuals: test(&residual).ok(),
-            estimated: None,
-            hidden_by: Hiding::among(&residual, measures.r_squared),
-        })
     }
 
     /// The test that refutes the model of the system, if one does.

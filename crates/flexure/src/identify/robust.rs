@@ -7,9 +7,9 @@
 //! limit and 0 above, by Huber's (1981, section 7.8) pseudo-values, which serve all structures alike. The first fit has the samples that stand alone
 //! in the output itself drawn straight, as a fit that outliers ruined shows none.
 
-use super::outcome::Warning;
 use super::request::{Options, Progress, Request, Structure};
 use super::result::{Detail, Identification};
+use super::warning::Warning;
 use crate::error::Result;
 use crate::outliers::standing_alone;
 use crate::record::{Record, bridged};

@@ -4,10 +4,11 @@ use std::ops::ControlFlow;
 
 use super::block::Prepared;
 use super::checks::warn_of_range;
-use super::outcome::{Verdict, Warning};
+use super::outcome::Verdict;
 use super::request::{Progress, Request, Structure};
 use super::result::{BlockKind, Detail, Identification, NamedBlock, Path, Place, Score, Values};
 use super::samples::Samples;
+use super::warning::Warning;
 use crate::error::{Error, Result, Stopped};
 use crate::model::Block;
 use crate::validation::estimate_initial_state_of_inputs;

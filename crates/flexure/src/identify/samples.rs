@@ -2,7 +2,8 @@
 
 use super::block::Prepared;
 use super::checks::{both_vary, fresh_part, warn_if_useless, warn_of_levels};
-use super::outcome::{Verdict, Warning};
+use super::outcome::Verdict;
+use super::warning::Warning;
 use crate::error::{DataError, Error, Result};
 use crate::record::Record;
 use crate::validation::Estimated;

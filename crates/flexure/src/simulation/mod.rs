@@ -12,8 +12,10 @@
 mod dop853;
 mod hold;
 mod tableau;
+mod tolerances;
 
 pub use crate::parallel::batch;
-pub use dop853::{Dop853, StateVector, Statistics, Tolerances};
+pub use dop853::{Dop853, StateVector, Statistics};
 pub use hold::{Sampling, run_continuous, run_held};
 pub use tableau::{SOLUTION, STAGES};
+pub use tolerances::Tolerances;

@@ -188,14 +188,14 @@ fn kinds(paths: &[Path]) -> impl Iterator<Item = &BlockKind> {
     paths.iter().flat_map(|path| &path.blocks).map(|block| &block.kind)
 }
 
-/// Which numbers tell of a block.
+/// The numbers that describe a block, and are given errors.
 enum Shape {
     /// A curve at these points, and so many kinks.
     Curve {
         x: Vec<f64>,
         kinks: usize,
     },
-    /// So many coefficients of a numerator behind so long a delay, and of a denominator from the second on.
+    /// `b` coefficients of the numerator after the delay, and `a` of the denominator after its leading 1.
     Linear {
         delay: usize,
         b: usize,

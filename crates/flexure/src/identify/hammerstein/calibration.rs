@@ -7,7 +7,7 @@
 
 use super::limits::{CLEAR_GAIN, GAIN_TAIL, SMALLEST_GAIN};
 use crate::error::{Error, Result};
-use crate::identify::outcome::Warning;
+use crate::identify::warning::Warning;
 use crate::linear::TransferFunction;
 
 /// How scale and offset are fixed, which the data do not determine.

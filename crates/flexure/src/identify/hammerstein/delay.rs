@@ -15,7 +15,7 @@ use super::super::limits::CLIP;
 use super::limits::{DEGREES, DEPENDENT, FALSE_ALARM, MOST_LAGS, SAMPLES_PER_LAG};
 use super::options::{PlainHammerstein, RegressionLag};
 use crate::distributions::chi_squared_quantile;
-use crate::identify::outcome::Warning;
+use crate::identify::warning::Warning;
 use crate::linear::correlation::{cross_covariance, mean, variance};
 
 /// The lags that the following steps work at.

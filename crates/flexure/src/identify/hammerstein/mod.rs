@@ -52,11 +52,12 @@ mod refined;
 mod regression;
 
 use super::checks::{self, both_vary, fresh_part, warn_if_useless, warn_of_levels, warn_of_range};
-use super::outcome::{Verdict, Warning};
+use super::outcome::Verdict;
 use super::request::{Options, Progress, Request, Structure};
 use super::result::{Identification, ImpulseEstimate, LinearBlock, StaticBlock, StructureName};
 use super::run::{Run, announce, path};
 use super::samples::Samples;
+use super::warning::Warning;
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::linear::TransferFunction;

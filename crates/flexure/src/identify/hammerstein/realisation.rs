@@ -8,7 +8,7 @@ use super::super::limits::LARGEST_RADIUS;
 use super::Estimate;
 use super::limits::{HANKEL_ROWS, LARGEST_ORDER, REALISATION_STEPS, UNSETTLED};
 use crate::error::{DataError, Error, Result};
-use crate::identify::outcome::Warning;
+use crate::identify::warning::Warning;
 use crate::interrupt;
 use crate::linalg::{self, Complex};
 use crate::linear::TransferFunction;

@@ -11,7 +11,7 @@
 
 use super::options::PlainHammerstein;
 use crate::error::Result;
-use crate::identify::outcome::Warning;
+use crate::identify::warning::Warning;
 use crate::interrupt;
 use crate::linear::correlation::mean;
 use crate::nonlinearity::{EstimatorName, NamedEstimator, Outside, Regression, Scores, Tabulated, Tuning, tabulate};

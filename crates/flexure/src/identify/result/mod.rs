@@ -11,7 +11,8 @@ mod value;
 use std::borrow::Cow;
 
 use super::auto::StructureComparison;
-use super::outcome::{Verdict, Warning};
+use super::outcome::Verdict;
+use super::warning::Warning;
 use crate::linear::TransferFunction;
 use crate::model::Block;
 use crate::nonlinearity::Curve;

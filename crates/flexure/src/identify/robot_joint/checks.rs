@@ -140,7 +140,7 @@ fn plateau(tau: &[f64]) -> Option<Clipped> {
     for sign in [1.0, -1.0] {
         let bottom = if sign > 0.0 { high } else { -low } - PLATEAU_DEPTH * unit;
         let (mut samples, mut runs, mut level) = (0, 0, 0.0);
-        // The bend of all runs, its variance, and that of peaks in place of plateaus, all weighted by the samples.
+        // Sums over all runs, weighted by their samples: of the bend, of its variance, and of the bend that peaks would have.
         let (mut bend, mut variance, mut of_peaks) = (0.0, 0.0, 0.0);
         for run in means.chunk_by(|a, b| (sign * a >= bottom) == (sign * b >= bottom)) {
             if sign * run[0] < bottom || run.len() < 3 * PLATEAU_WINDOW {

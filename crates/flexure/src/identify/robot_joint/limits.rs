@@ -34,8 +34,8 @@ pub const PLATEAU_STILL: f64 = 4.0;
 pub const FEWEST_PLATEAUS: usize = 3;
 /// Of a peak the outer thirds lie 5 standard deviations below the middle one; of a plateau by less than this.
 pub const PLATEAU_FLAT: f64 = 0.6;
-/// The standard errors by which plateaus bend less than half of what peaks do: low-crest multisines have many peaks at one height. Of 600
-/// such torques without a clip one was taken for clipped, six without this.
+/// Plateaus must bend less than half as much as peaks do, by this many standard errors: low-crest multisines have many peaks of one height.
+/// Of 600 such torques without a clip, one was taken for clipped; six were, without this rule.
 pub const PLATEAU_SURE: f64 = 3.0;
 /// A depth above this share of the torque's range is no plateau's, nor is that of a torque that stands still for this share of the time.
 pub const PLATEAU_TOO_DEEP: f64 = 0.02;

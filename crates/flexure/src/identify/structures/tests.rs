@@ -10,9 +10,9 @@ use super::super::block::Stage;
 use super::{HAMMERSTEIN_WIENER, LINEAR, PARALLEL, WIENER, WIENER_HAMMERSTEIN};
 use crate::Error;
 use crate::error::{DataError, Result};
-use crate::identify::outcome::Warning;
 use crate::identify::request::{Options, Request, Structure};
 use crate::identify::result::{Identification, Value};
+use crate::identify::warning::Warning;
 use crate::linear::TransferFunction;
 use crate::record::Record;
 

@@ -23,7 +23,7 @@
 //! unit static gain (or unit peak gain, where the static gain is less than a tenth of that).
 
 use super::super::block::{Blocks, FreeParts, Monitor, Tried, add_errors, search, splits, without_start};
-use super::super::outcome::Warning;
+use super::super::warning::Warning;
 use crate::error::Result;
 use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{Detail, Identification, Place, StructureName};
