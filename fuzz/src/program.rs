@@ -167,6 +167,10 @@ impl Program {
             output.status
         );
         ensure!(said.len() < 100_000, "{arguments:?}: the message is long");
+        ensure!(
+            !has_temporary(self.folder.path())?,
+            "{arguments:?}: a temporary file is left"
+        );
         Ok(output)
     }
 }
@@ -281,10 +285,6 @@ impl Target for Files {
         std::fs::write(file(name), content)?;
         let arguments: Vec<&str> = arguments.split(' ').collect();
         let output = self.program.run(&arguments)?;
-        ensure!(
-            !has_temporary(self.program.folder.path())?,
-            "{arguments:?}: a temporary file is left"
-        );
         let written = OUTPUTS
             .into_iter()
             .filter(|name| std::fs::read(file(name)).is_ok_and(|now| now != b"old"));
