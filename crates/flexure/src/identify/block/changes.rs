@@ -22,12 +22,9 @@ pub(super) fn neighbours(system: &System, free: FreeParts) -> Vec<System> {
 fn branches(branch: &Branch, free: FreeParts) -> Vec<Branch> {
     // Of a second instant the numerators are its own, which another delay would shift as well.
     let moves = free.delay && branch.between.is_none();
-    let near = |g: &Rational| {
-        let mut all: Vec<(Rational, usize)> = changes(g).into_iter().map(|g| (g, branch.delay)).collect();
-        if moves {
-            all.extend(other_delays(g, branch.delay));
-        }
-        all
+    let near = |g: &Rational| match moves {
+        true => with_delays(g, branch.delay),
+        false => changes(g).into_iter().map(|g| (g, branch.delay)).collect(),
     };
     let mut all = Vec::new();
     if free.front {
@@ -38,14 +35,29 @@ fn branches(branch: &Branch, free: FreeParts) -> Vec<Branch> {
         }));
     }
     if free.back {
-        let fewer = (moves && !free.front).then(|| without_fastest(&branch.back)).flatten();
-        let fewer = fewer.map(|back| (back, branch.delay));
-        all.extend(near(&branch.back).into_iter().chain(fewer).map(|(back, delay)| Branch {
+        let near = match moves && !free.front {
+            true => linear_parts(&branch.back, branch.delay),
+            false => near(&branch.back),
+        };
+        all.extend(near.into_iter().map(|(back, delay)| Branch {
             back,
             delay,
             ..branch.clone()
         }));
     }
+    all
+}
+
+/// All changes of a linear block behind a delay, and of the delay.
+fn with_delays(g: &Rational, delay: usize) -> Vec<(Rational, usize)> {
+    let same = changes(g).into_iter().map(|g| (g, delay));
+    same.chain(other_delays(g, delay)).collect()
+}
+
+/// The same where all of the linear dynamics are in this block: with a pole that goes over into the numerator besides.
+pub(in crate::identify) fn linear_parts(g: &Rational, delay: usize) -> Vec<(Rational, usize)> {
+    let mut all = with_delays(g, delay);
+    all.extend(without_fastest(g).map(|g| (g, delay)));
     all
 }
 
@@ -57,7 +69,11 @@ fn other_delays(g: &Rational, delay: usize) -> impl Iterator<Item = (Rational, u
 }
 
 /// The change of the smallest score, over and over, while the score falls.
-pub(super) fn greedy<T>(mut best: T, score: impl Fn(&T) -> f64, mut changed: impl FnMut(&T) -> Vec<T>) -> T {
+pub(in crate::identify) fn greedy<T>(
+    mut best: T,
+    score: impl Fn(&T) -> f64,
+    mut changed: impl FnMut(&T) -> Vec<T>,
+) -> T {
     for _ in 0..ROUNDS {
         let next = changed(&best).into_iter().min_by(|a, b| score(a).total_cmp(&score(b)));
         match next.filter(|n| score(n) < score(&best)) {

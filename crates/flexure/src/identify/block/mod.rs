@@ -44,6 +44,7 @@ pub(super) use {
     approximation::{Approximation, approximate, restructured},
     candidate::{Candidate, Tried},
     cascade::{fit_nonlinearity, search, splits, without_start},
+    changes::{greedy, linear_parts},
     delay::{delays, least_lag, linear_delays},
     descent::{Minimum, Residuals, descend},
     efficient::{efficient, matrix_product},

@@ -19,9 +19,10 @@ use super::basis::select;
 use super::blocks::{Blocks, Observed};
 use super::cells::Cells;
 use super::descent::{Descended, descend};
+use super::filtered::select_filtered;
 use super::limits::{
-    LAST_STEPS, LONGEST_RESPONSE, PASSES, SEEN_CORRELATION, SETTLED_RESPONSE, SHORTEST_MEMORY, STEPS, UNCHANGED_NOISE,
-    UNCHANGED_PLACE,
+    CHANGES, DEPENDENT_NOISE, LAST_STEPS, LONGEST_RESPONSE, PASSES, SEEN_CORRELATION, SETTLED_RESPONSE,
+    SHORTEST_MEMORY, STEPS, UNCHANGED_NOISE, UNCHANGED_PLACE,
 };
 use super::linear_part::LinearPart;
 use super::loss::Equations;
@@ -50,6 +51,8 @@ pub(super) struct Minimum {
     /// The memory-removed output's means over the cells, and the variance of a sample of it.
     pub values: Vec<f64>,
     pub variance: f64,
+    /// D.
+    pub dependence: f64,
 }
 
 /// Noisy values of the nonlinearity at the samples.
@@ -93,6 +96,18 @@ impl Minimum {
         self.terms.len() + linear.b().len() + linear.a().len()
     }
 
+    /// Schwarz's criterion of the whitened error; the whitening counts too.
+    pub fn criterion(&self) -> f64 {
+        let n = self.equations.count.max(1) as f64;
+        let places = self
+            .terms
+            .iter()
+            .filter(|t| matches!(t, Term::TruncatedPower { .. }))
+            .count();
+        let parameters = self.equations.parameters() + places + self.whitening.len();
+        n * (self.equations.normal.cost / n).max(f64::MIN_POSITIVE).ln() + parameters as f64 * n.ln()
+    }
+
     /// The standard deviation of the whitened error.
     pub fn noise(&self) -> f64 {
         let free = self.equations.count.saturating_sub(self.equations.parameters()).max(1);
@@ -111,6 +126,8 @@ pub(super) struct Alternation<'a> {
     pub linear: LinearPart,
     /// Whether the linear part's order and delay stay.
     pub keeps_orders: bool,
+    /// Whether the basis is chosen among filtered functions, where the memory-removed output's noise depends on itself.
+    pub filtered: bool,
     /// The lags after which the response has settled.
     pub memory: usize,
     pub offset: f64,
@@ -119,13 +136,46 @@ pub(super) struct Alternation<'a> {
 }
 
 impl Alternation<'_> {
-    /// Alternates until nothing changes. `None` where the numbers degenerate: a nonlinearity without variation.
+    /// Alternates until nothing changes, then tries changes of the linear part. `None` where the numbers degenerate: a nonlinearity without
+    /// variation.
     pub fn minimum(mut self, observed: &mut Observed) -> Option<Minimum> {
-        let mut best: Option<Descended> = None;
-        for _ in 0..PASSES {
-            if interrupt::requested() {
+        let mut blocks = self.passes(observed)?;
+        for _ in interrupt::rounds(CHANGES) {
+            let whitening = self.whitening(&blocks.errors(observed));
+            let Some(linear) = self.changed(&blocks, observed, &whitening) else {
                 break;
-            }
+            };
+            (self.linear, self.keeps_orders) = (linear, true);
+            let Some(next) = self.passes(observed) else { break };
+            blocks = next;
+        }
+        let whitening = self.whitening(&blocks.errors(observed));
+        let Descended { blocks, equations } = descend(blocks, observed, &whitening, LAST_STEPS);
+        (self.w, self.linear) = (blocks.signal(observed.u), blocks.linear.clone());
+        let NoisyValues {
+            values,
+            variance,
+            dependence,
+        } = self.memory_removed(observed, &whitening, &blocks.errors(observed))?;
+        Some(Minimum {
+            order: self.order.map(|order| ChosenOrder {
+                order: blocks.linear.a().len(),
+                ..order
+            }),
+            blocks,
+            equations,
+            whitening,
+            terms: self.terms,
+            values: self.cells.means(&values),
+            variance,
+            dependence,
+        })
+    }
+
+    /// Passes until nothing changes.
+    fn passes(&mut self, observed: &mut Observed) -> Option<Blocks> {
+        let mut best: Option<Descended> = None;
+        for _ in interrupt::rounds(PASSES) {
             let terms = self.terms.clone();
             let Some(now) = self.pass(observed) else {
                 break;
@@ -140,26 +190,12 @@ impl Alternation<'_> {
                 break;
             }
         }
-        let blocks = best?.blocks;
-        let whitening = self.whitening(&blocks.errors(observed));
-        let Descended { blocks, equations } = descend(blocks, observed, &whitening, LAST_STEPS);
-        (self.w, self.linear) = (blocks.signal(observed.u), blocks.linear.clone());
-        let NoisyValues { values, variance, .. } =
-            self.memory_removed(observed, &whitening, &blocks.errors(observed))?;
-        Some(Minimum {
-            blocks,
-            equations,
-            whitening,
-            terms: self.terms,
-            order: self.order,
-            values: self.cells.means(&values),
-            variance,
-        })
+        best.map(|best| best.blocks)
     }
 
     /// Linear part, noise, breakpoints, then a few steps of all parameters together; `None` where the data show no nonlinearity or no
     /// linear part.
-    fn pass(&mut self, observed: &mut Observed) -> Option<Descended> {
+    pub fn pass(&mut self, observed: &mut Observed) -> Option<Descended> {
         let simulated = self.linear.filter(&observed.experiments, &self.w);
         observed.complete(&simulated, self.offset);
         let whitening = self.whitening(&observed.errors(&simulated, self.offset));
@@ -173,17 +209,24 @@ impl Alternation<'_> {
         let errors = observed.errors(&self.linear.filter(&observed.experiments, &self.w), self.offset);
         let whitening = self.whitening(&errors);
         let noisy = self.memory_removed(observed, &whitening, &errors)?;
-        let selection = select(
-            self.cells,
-            observed.u,
-            &noisy.values,
-            &self.terms,
-            &Costs {
-                // Among dependent samples a single one can pass for a jump: a breakpoint has to pay as if it were alone.
-                variance: noisy.dependence * noisy.variance,
-                smooth: false,
-            },
-        );
+        let filtered = (self.filtered && noisy.dependence > DEPENDENT_NOISE).then(|| {
+            let combined = self.linear.then(&whitening);
+            select_filtered(self.cells, observed, &combined, &whitening)
+        });
+        let searched = || {
+            select(
+                self.cells,
+                observed.u,
+                &noisy.values,
+                &self.terms,
+                &Costs {
+                    // Among dependent samples a single one can pass for a jump: a breakpoint has to pay as if it were alone.
+                    variance: noisy.dependence * noisy.variance,
+                    smooth: false,
+                },
+            )
+        };
+        let selection = filtered.flatten().unwrap_or_else(searched);
         if selection.terms.len() < 2 {
             return None;
         }

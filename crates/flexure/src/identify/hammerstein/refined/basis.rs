@@ -1,8 +1,11 @@
-//! The nonlinearity's basis: searched breakpoints, searched cubic knots alone, or evenly placed ones, whichever has the least
-//! estimated risk.
+//! The nonlinearity's basis: searched breakpoints, searched cubic knots alone, evenly placed ones, or a kink at every level of the input,
+//! whichever has the least estimated risk.
 
 use super::cells::Cells;
-use super::limits::{CELLS_PER_KNOT, EVEN_KNOTS, GIVEN_COST, GIVEN_MARGIN, JUMP_REACH, NEARLY_SMOOTH, SEARCHED_COST};
+use super::limits::{
+    CELLS_PER_KNOT, EVEN_KNOTS, FEWEST_VISITS, FREE_POWERS, GIVEN_COST, GIVEN_MARGIN, JUMP_REACH, MOST_LEVELS,
+    NEARLY_SMOOTH, SEARCHED_COST,
+};
 use super::piecewise::{PiecewiseCubics, Term};
 use super::stepwise::{Costs, OrthogonalFit, stepwise};
 use crate::nonlinearity::spline::{banded::Banded, basis::CubicSplines};
@@ -18,11 +21,12 @@ pub(super) struct Selection {
 
 /// Chooses a basis for the regression of the values at the samples `u`, beginning with the terms `start`.
 ///
-/// Three bases are compared by what they explain less the cost of their functions, the estimated risk:
+/// Four bases are compared by what they explain less the cost of their functions, the estimated risk:
 /// 1. jumps, kinks and cubic knots at searched places, each at the cost of a search;
 /// 2. cubic knots alone at searched places, tried where 1 has jumps or kinks but evenly placed knots are nearly as good: noise may
 ///    have passed for a kink;
-/// 3. cubic knots at evenly spaced ranks, which cost less as their places are given, taken where clearly better.
+/// 3. cubic knots at evenly spaced ranks, which cost less as their places are given, taken where clearly better;
+/// 4. where the input has few levels, a value at each of them and straight lines between: all that such a record can tell.
 pub(super) fn select(cells: &Cells, u: &[f64], values: &[f64], start: &[Term], costs: &Costs) -> Selection {
     let z = &cells.means(values);
     let net = |g: &OrthogonalFit| g.explained() - SEARCHED_COST * costs.variance * g.breakpoints() as f64;
@@ -43,13 +47,41 @@ pub(super) fn select(cells: &Cells, u: &[f64], values: &[f64], start: &[Term], c
             fit = OrthogonalFit::new(cells, z, &(0..4).map(Term::Power).chain(knots).collect::<Vec<_>>());
         }
     }
+    if let Some(levels) = level_terms(cells, u) {
+        let explained = cells.dot(z, z);
+        // The powers count nothing, as in the other bases.
+        let cost = GIVEN_COST * costs.variance * levels.len().saturating_sub(FREE_POWERS) as f64;
+        if explained - cost > net(&fit) {
+            fit = OrthogonalFit::new(cells, z, &levels);
+        }
+    }
     let terms = jumps_placed(cells, u, values, &fit);
-    let fit = OrthogonalFit::new(cells, z, &terms);
+    selection(cells, z, &terms)
+}
+
+/// The regression of the cells' values on these terms.
+pub(super) fn selection(cells: &Cells, z: &[f64], terms: &[Term]) -> Selection {
+    let fit = OrthogonalFit::new(cells, z, terms);
     Selection {
         basis: PiecewiseCubics::new(cells.unit, &fit.terms, &fit.inverse_of_r().concat()),
         coefficients: fit.coefficients,
         terms: fit.terms,
     }
+}
+
+/// A straight line and a kink at every level of the input but the ends; `None` where the input does not return to few levels over and over.
+pub(super) fn level_terms(cells: &Cells, u: &[f64]) -> Option<Vec<Term>> {
+    let levels = cells.levels(MOST_LEVELS)?;
+    let changes = u.windows(2).filter(|w| w[0] != w[1]).count();
+    if changes < FEWEST_VISITS * levels.len() {
+        return None;
+    }
+    let inner = levels.get(1..levels.len() - 1).unwrap_or_default();
+    let kinks = inner.iter().map(|x| Term::TruncatedPower {
+        at: cells.unit.of(*x),
+        degree: 1,
+    });
+    Some((0..2).map(Term::Power).chain(kinks).collect())
 }
 
 /// The terms with their jumps moved from the cells' limits to between the samples where they fit best.
@@ -125,7 +157,7 @@ fn best_jump(points: &[ResidualAt], now: f64, size: f64) -> f64 {
 }
 
 /// This many knots, evenly by rank.
-fn even_knots(cells: &Cells, count: usize) -> Vec<f64> {
+pub(super) fn even_knots(cells: &Cells, count: usize) -> Vec<f64> {
     let total: f64 = cells.count.iter().sum();
     let mut knots = Vec::with_capacity(count);
     let (mut m, mut below) = (0, 0.0);

@@ -6,7 +6,7 @@ use super::experiments::Experiments;
 use super::limits::{AFTER_SETTLING, SAMPLES_PER_UNCOUNTED};
 use super::linear_part::LinearPart;
 use super::piecewise::PiecewiseCubics;
-use crate::linear::correlation::mean;
+use crate::linear::correlation::{mean, variance};
 use crate::parallel;
 
 /// The fitted samples of all experiments, one after the other.
@@ -41,6 +41,20 @@ impl<'a> Observed<'a> {
             experiments,
             counts,
             missing: (0..all.fitted).filter(|&i| all.missing[i]).collect(),
+        }
+    }
+
+    /// The first samples.
+    pub fn head(&self, samples: usize) -> Observed<'a> {
+        let n = samples.min(self.u.len());
+        let within = self.experiments.iter().filter(|part| part.start < n);
+        Observed {
+            u: &self.u[..n],
+            y: self.y[..n].to_vec(),
+            output_mean: self.output_mean,
+            experiments: within.map(|part| part.start..part.end.min(n)).collect(),
+            counts: self.counts[..n].to_vec(),
+            missing: self.missing.iter().copied().filter(|i| *i < n).collect(),
         }
     }
 
@@ -151,6 +165,12 @@ impl Blocks {
     /// The output without the offset.
     pub fn simulated(&self, observed: &Observed) -> Vec<f64> {
         self.linear.filter(&observed.experiments, &self.signal(observed.u))
+    }
+
+    /// The share of the output's variance that the free run leaves.
+    pub fn unexplained(&self, observed: &Observed) -> f64 {
+        let counted = observed.counts.iter().filter(|c| **c).count() as f64;
+        observed.squares(&self.simulated(observed)) / (counted * variance(&observed.y))
     }
 
     /// The output error, zero at samples that do not count.

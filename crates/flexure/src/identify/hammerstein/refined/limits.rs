@@ -33,10 +33,19 @@ pub(super) const SEEN_CORRELATION: f64 = 5.0;
 /// Output error: the share of the output's variance that a free run leaves where another start is tried. Convention: noise at 10 dB.
 pub(super) const POOR: f64 = 0.1;
 
+/// Output error: the share of the first free run's squared error below which another without whitening is better. Convention.
+pub(super) const HIDDEN: f64 = 0.9;
+
 /// Order: lags before the supposed delay that are looked at. Convention.
 pub(super) const LAGS_BEFORE_DELAY: usize = 12;
 /// Order: orders beyond the best that are tried. Convention: a pair of poles may only pay together.
 pub(super) const ORDERS_BEYOND: usize = 2;
+
+/// Structure: samples that changes of the linear part are tried on, the steps of each, and how often the rest follows them. Conventions;
+/// they bound the time.
+pub(super) const STRUCTURE_SAMPLES: usize = 10_000;
+pub(super) const CHANGE_STEPS: usize = 6;
+pub(super) const CHANGES: usize = 3;
 
 /// Cells: most cells that the samples are gathered in. Convention: a place is then known to 0.07 % of the samples.
 pub(super) const MOST_CELLS: usize = 1500;
@@ -58,10 +67,27 @@ pub(super) const GIVEN_MARGIN: f64 = 4.0;
 pub(super) const NEARLY_SMOOTH: f64 = 2.0;
 /// Basis: the numbers of evenly placed knots that are tried. Convention: each about a quarter more than the one before.
 pub(super) const EVEN_KNOTS: [usize; 14] = [1, 2, 3, 5, 7, 9, 11, 14, 17, 21, 26, 32, 40, 50];
+/// Basis: an input of no more levels than this may have a kink at each of them, if it comes to each so many times on average. Conventions:
+/// the curve's breakpoints stay readable; values that were held once are no levels, and others will follow between them.
+pub(super) const MOST_LEVELS: usize = 40;
+pub(super) const FEWEST_VISITS: usize = 3;
+/// Basis: the powers that count nothing, those up to the cube.
+pub(super) const FREE_POWERS: usize = 4;
 /// Basis: the cells for each evenly placed knot. Convention.
 pub(super) const CELLS_PER_KNOT: usize = 4;
 /// Basis: the cells on either side in which a jump may move. Convention.
 pub(super) const JUMP_REACH: usize = 3;
+
+/// Filtered: where the noise of the memory-removed output depends on itself by more than this factor, filtered functions are compared instead.
+/// Convention.
+pub(super) const DEPENDENT_NOISE: f64 = 1.5;
+/// Filtered: samples for the choice, places of each kind of breakpoint, and places on either side that one is moved to at a time. Conventions;
+/// they bound the time.
+pub(super) const FILTERED_SAMPLES: usize = 10_000;
+pub(super) const FILTERED_PLACES: usize = 32;
+pub(super) const MOVED_PLACES: usize = 4;
+/// Filtered: the most evenly placed knots. Convention.
+pub(super) const MOST_EVEN_FILTERED: usize = 14;
 
 /// Stepwise: most functions of a basis. Convention; it bounds the time.
 pub(super) const MOST_TERMS: usize = 40;

@@ -10,8 +10,10 @@
 //! | 1. the plain estimate on at most 40,000 samples of the joined experiments | `experiments.rs` |
 //! | 2. delay and order by Schwarz's criterion of the whitened error, the linear part by covariances | `order.rs` |
 //! | 3. an autoregression that whitens the output error, and the memory-removed output | `alternation.rs` |
-//! | 4. breakpoints of phi, jumps, kinks and cubic knots, on the memory-removed output | `basis.rs`, `stepwise.rs`, `cells.rs`, `piecewise.rs` |
+//! | 4. breakpoints of phi, jumps, kinks and cubic knots, on the memory-removed output; on filtered functions where the input is coloured | `basis.rs`, `stepwise.rs`, `cells.rs`, `piecewise.rs`; `filtered.rs` |
 //! | 5. Levenberg-Marquardt steps on all coefficients of both blocks (Ljung 1999, chapter 10) | `blocks.rs`, `linear_part.rs`, `loss.rs`, `descent.rs` |
+//! | changes of delay and order, each fitted; then steps 3 to 5 again | `structure.rs` |
+//! | other views of the data, from there on | `views.rs` |
 //! | where the free run is poor, steps 3 to 5 again from the branch of least output error | `output_error.rs` |
 //! | 6. calibration and standard errors | `calibrated.rs` |
 //! | on request, a physical form of phi with a test | `forms.rs`, `form_fit.rs` |
@@ -30,6 +32,7 @@ mod cells;
 mod descent;
 mod details;
 mod experiments;
+mod filtered;
 mod form_fit;
 pub(super) mod forms;
 mod limits;
@@ -39,6 +42,8 @@ mod order;
 mod output_error;
 mod piecewise;
 mod stepwise;
+mod structure;
+mod views;
 
 use super::calibration::Calibration;
 use super::details::named;
@@ -156,6 +161,7 @@ impl RefinedHammerstein {
             w,
             linear: start,
             keeps_orders: false,
+            filtered: false,
             memory: memory(linear),
             offset: 0.0,
             terms: Vec::new(),
@@ -172,6 +178,8 @@ impl RefinedHammerstein {
         let Some(minimum) = self.or_by_output_error(minimum, all, &cells) else {
             return Ok(None);
         };
+        let minimum = self.best_of_views(minimum, all, &cells, &input);
+        interrupt::check()?;
         let blocks = CalibratedBlocks::new(&minimum, &cells, &self.calibration, observed.output_mean)?;
         self.outcome(request, all, &minimum, blocks, warnings(all, plain))
             .map(Some)
@@ -221,7 +229,7 @@ impl RefinedHammerstein {
         };
         Ok(Identification {
             method: "refined".into(),
-            order: order.order,
+            order: minimum.blocks.linear.a().len(),
             delay: minimum.blocks.linear.delay,
             parameters,
             details,

@@ -14,7 +14,7 @@ use super::cells::Cells;
 use super::experiments::Experiments;
 use super::limits::POOR;
 use super::linear_part::LinearPart;
-use crate::linear::correlation::{mean, variance};
+use crate::linear::correlation::mean;
 
 impl RefinedHammerstein {
     /// The minimum from the branch of least output error, if `first` leaves much of the output unexplained and that leaves less; else
@@ -29,7 +29,7 @@ impl RefinedHammerstein {
         let observed = Observed::new(all, longest);
         let chosen = self.order.is_some() || self.delay.is_some();
         let alone = observed.experiments.len() == 1 && observed.missing.is_empty();
-        let poor = |m: &Minimum| unexplained(m, &observed) > POOR;
+        let poor = |m: &Minimum| m.blocks.unexplained(&observed) > POOR;
         if chosen || !alone || !first.as_ref().is_none_or(poor) {
             return first;
         }
@@ -38,7 +38,7 @@ impl RefinedHammerstein {
         };
         let longest = longest.max(memory(&other.blocks.linear.transfer));
         let observed = Observed::new(all, longest);
-        let better = |first: &Minimum| unexplained(first, &observed) <= unexplained(&other, &observed);
+        let better = |first: &Minimum| first.blocks.unexplained(&observed) <= other.blocks.unexplained(&observed);
         match first.filter(better) {
             Some(first) => Some(first),
             None => Some(other),
@@ -71,6 +71,7 @@ impl RefinedHammerstein {
             w,
             linear: LinearPart::new(transfer.b(), &transfer.a()[1..], branch.delay),
             keeps_orders: true,
+            filtered: false,
             memory,
             offset: 0.0,
             terms: Vec::new(),
@@ -78,14 +79,6 @@ impl RefinedHammerstein {
         };
         alternation.minimum(&mut Observed::new(all, memory))
     }
-}
-
-/// The share of the output's variance that the free run leaves.
-fn unexplained(minimum: &Minimum, observed: &Observed) -> f64 {
-    let signal = minimum.blocks.signal(observed.u);
-    let simulated = minimum.blocks.linear.filter(&observed.experiments, &signal);
-    let counted = observed.counts.iter().filter(|c| **c).count() as f64;
-    observed.squares(&simulated) / (counted * variance(&observed.y))
 }
 
 #[cfg(test)]
