@@ -12,7 +12,7 @@ use super::blocks::Observed;
 use super::cells::{Cells, DEGREES};
 use super::limits::{
     DEPENDENT, ENTRY_COST, EVEN_KNOTS, FILTERED_PLACES, FILTERED_SAMPLES, FREE_POWERS, GIVEN_COST, GIVEN_MARGIN,
-    MOST_EVEN_FILTERED, MOST_TERMS, MOVED_PLACES, PATIENCE, SEARCHED_COST,
+    JUMP_COST, MOST_EVEN_FILTERED, MOST_TERMS, MOVED_PLACES, PATIENCE, SEARCHED_COST,
 };
 use super::linear_part::LinearPart;
 use super::piecewise::Term;
@@ -319,6 +319,7 @@ impl Sweep {
 fn price(term: Term) -> f64 {
     match term {
         Term::Power(_) => GIVEN_COST,
+        Term::TruncatedPower { degree: 0, .. } => JUMP_COST,
         Term::TruncatedPower { .. } => ENTRY_COST,
     }
 }

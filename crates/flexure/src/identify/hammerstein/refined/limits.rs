@@ -46,6 +46,8 @@ pub(super) const ORDERS_BEYOND: usize = 2;
 pub(super) const STRUCTURE_SAMPLES: usize = 10_000;
 pub(super) const CHANGE_STEPS: usize = 6;
 pub(super) const CHANGES: usize = 3;
+/// Structure: by how much changes must lower Schwarz's criterion. Convention: of the many that are tried, some gain by chance.
+pub(super) const CHANGE_GAIN: f64 = 20.0;
 
 /// Cells: most cells that the samples are gathered in. Convention: a place is then known to 0.07 % of the samples.
 pub(super) const MOST_CELLS: usize = 1500;
@@ -86,6 +88,8 @@ pub(super) const DEPENDENT_NOISE: f64 = 1.5;
 pub(super) const FILTERED_SAMPLES: usize = 10_000;
 pub(super) const FILTERED_PLACES: usize = 32;
 pub(super) const MOVED_PLACES: usize = 4;
+/// Filtered: what a jump must gain, in noise variances: twice what other functions must, as a few samples can pass for one. Convention.
+pub(super) const JUMP_COST: f64 = 40.0;
 /// Filtered: the most evenly placed knots. Convention.
 pub(super) const MOST_EVEN_FILTERED: usize = 14;
 

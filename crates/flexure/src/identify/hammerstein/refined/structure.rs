@@ -7,7 +7,7 @@
 use super::alternation::Alternation;
 use super::blocks::{Blocks, Observed};
 use super::descent::{Descended, descend};
-use super::limits::{CHANGE_STEPS, STRUCTURE_SAMPLES};
+use super::limits::{CHANGE_GAIN, CHANGE_STEPS, STRUCTURE_SAMPLES};
 use super::linear_part::LinearPart;
 use crate::identify::block::{Rational, greedy, linear_parts};
 use crate::interrupt;
@@ -33,7 +33,7 @@ impl Alternation<'_> {
             };
             near.map(|linear| fitted(with(linear))).collect()
         });
-        (criterion(&best) < before).then_some(best.blocks.linear)
+        (criterion(&best) < before - CHANGE_GAIN).then_some(best.blocks.linear)
     }
 
     /// The linear parts with one change, but for what the user has chosen.
@@ -54,8 +54,9 @@ impl Alternation<'_> {
     }
 }
 
-/// Schwarz's criterion of the whitened error.
+/// Schwarz's criterion of the whitened error, where a pole counts as two parameters: of several equally good linear parts that of least order.
 fn criterion(fit: &Descended) -> f64 {
     let n = fit.equations.count.max(1) as f64;
-    n * (fit.equations.normal.cost / n).max(f64::MIN_POSITIVE).ln() + fit.equations.parameters() as f64 * n.ln()
+    let parameters = fit.equations.parameters() + fit.blocks.linear.a().len();
+    n * (fit.equations.normal.cost / n).max(f64::MIN_POSITIVE).ln() + parameters as f64 * n.ln()
 }
