@@ -3,6 +3,7 @@
 mod calibration;
 mod cascades;
 mod colour;
+mod coloured;
 mod errors;
 mod forms;
 mod invariance;

@@ -8,7 +8,7 @@ use flexure::systems::{KnownHammerstein, KnownNonlinearity, known_linear_parts, 
 
 use super::*;
 
-fn refined(record: &Record) -> Identification {
+pub fn refined(record: &Record) -> Identification {
     let result = RefinedHammerstein::default().identify(record, "u", "y").unwrap();
     assert!(is_refined(&result) && linear_part(&result).is_stable());
     result

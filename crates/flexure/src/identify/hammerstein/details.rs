@@ -23,7 +23,14 @@ pub(super) fn given_or(given: bool, why: &str) -> &str {
 /// The order, by the scores of `error`.
 pub(super) fn of_order(order: &ChosenOrder, given: bool, error: &str) -> Vec<Detail> {
     let (orders, scores): (Vec<usize>, Vec<f64>) = order.scores.iter().map(|s| (s.order, s.bic)).unzip();
-    let why = format!("smallest Schwarz criterion of the {error} on the fit's samples");
+    let least = order.scores.iter().min_by(|a, b| a.bic.total_cmp(&b.bic));
+    let mut why = format!("smallest Schwarz criterion of the {error} on the fit's samples");
+    if let Some(least) = least.filter(|least| least.order != order.order) {
+        why += &format!(
+            ", which is {}; then changed, as another fits the samples better",
+            least.order
+        );
+    }
     let curve = (orders.len() > 1).then(|| Score {
         x_label: "order".to_owned(),
         y_label: "Schwarz's criterion".to_owned(),

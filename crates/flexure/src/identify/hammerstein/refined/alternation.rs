@@ -96,16 +96,11 @@ impl Minimum {
         self.terms.len() + linear.b().len() + linear.a().len()
     }
 
-    /// Schwarz's criterion of the whitened error; the whitening counts too.
+    /// Schwarz's criterion of the whitened error. The places of breakpoints and the whitening count as parameters too.
     pub fn criterion(&self) -> f64 {
-        let n = self.equations.count.max(1) as f64;
-        let places = self
-            .terms
-            .iter()
-            .filter(|t| matches!(t, Term::TruncatedPower { .. }))
-            .count();
+        let places = self.terms.iter().filter(|term| term.is_breakpoint()).count();
         let parameters = self.equations.parameters() + places + self.whitening.len();
-        n * (self.equations.normal.cost / n).max(f64::MIN_POSITIVE).ln() + parameters as f64 * n.ln()
+        self.equations.schwarz(parameters)
     }
 
     /// The standard deviation of the whitened error.
@@ -126,7 +121,7 @@ pub(super) struct Alternation<'a> {
     pub linear: LinearPart,
     /// Whether the linear part's order and delay stay.
     pub keeps_orders: bool,
-    /// Whether the basis is chosen among filtered functions, where the memory-removed output's noise depends on itself.
+    /// Whether the basis is chosen by [`select_filtered`] where the noise of the memory-removed output is correlated.
     pub filtered: bool,
     /// The lags after which the response has settled.
     pub memory: usize,
@@ -135,8 +130,31 @@ pub(super) struct Alternation<'a> {
     pub order: Option<ChosenOrder>,
 }
 
-impl Alternation<'_> {
-    /// Alternates until nothing changes, then tries changes of the linear part. `None` where the numbers degenerate: a nonlinearity without
+impl<'a> Alternation<'a> {
+    /// From a signal between the blocks, less its mean, and a linear part.
+    pub fn new(
+        cells: &'a Cells,
+        method: &'a RefinedHammerstein,
+        input: &'a [f64],
+        w: Vec<f64>,
+        linear: LinearPart,
+    ) -> Alternation<'a> {
+        Alternation {
+            memory: memory(&linear.transfer),
+            cells,
+            method,
+            input,
+            w,
+            linear,
+            keeps_orders: false,
+            filtered: false,
+            offset: 0.0,
+            terms: Vec::new(),
+            order: None,
+        }
+    }
+
+    /// Passes until nothing changes, and again after each change of the linear part. `None` where the numbers degenerate: a nonlinearity without
     /// variation.
     pub fn minimum(mut self, observed: &mut Observed) -> Option<Minimum> {
         let mut blocks = self.passes(observed)?;

@@ -1,12 +1,8 @@
-//! The nonlinearity's basis: searched breakpoints, searched cubic knots alone, evenly placed ones, or a kink at every level of the input,
-//! whichever has the least estimated risk.
+//! The nonlinearity's basis: searched breakpoints, searched cubic knots alone, or evenly placed ones, whichever has the least estimated risk.
 
 use super::cells::Cells;
-use super::limits::{
-    CELLS_PER_KNOT, EVEN_KNOTS, FEWEST_VISITS, FREE_POWERS, GIVEN_COST, GIVEN_MARGIN, JUMP_REACH, MOST_LEVELS,
-    NEARLY_SMOOTH, SEARCHED_COST,
-};
-use super::piecewise::{PiecewiseCubics, Term};
+use super::limits::{CELLS_PER_KNOT, EVEN_KNOTS, GIVEN_COST, GIVEN_MARGIN, JUMP_REACH, NEARLY_SMOOTH, SEARCHED_COST};
+use super::piecewise::{PiecewiseCubics, Term, powers};
 use super::stepwise::{Costs, OrthogonalFit, stepwise};
 use crate::nonlinearity::spline::{banded::Banded, basis::CubicSplines};
 use crate::sort;
@@ -21,12 +17,11 @@ pub(super) struct Selection {
 
 /// Chooses a basis for the regression of the values at the samples `u`, beginning with the terms `start`.
 ///
-/// Four bases are compared by what they explain less the cost of their functions, the estimated risk:
+/// Three bases are compared by what they explain less the cost of their functions, the estimated risk:
 /// 1. jumps, kinks and cubic knots at searched places, each at the cost of a search;
 /// 2. cubic knots alone at searched places, tried where 1 has jumps or kinks but evenly placed knots are nearly as good: noise may
 ///    have passed for a kink;
-/// 3. cubic knots at evenly spaced ranks, which cost less as their places are given, taken where clearly better;
-/// 4. where the input has few levels, a value at each of them and straight lines between: all that such a record can tell.
+/// 3. cubic knots at evenly spaced ranks, which cost less as their places are given, taken where clearly better.
 pub(super) fn select(cells: &Cells, u: &[f64], values: &[f64], start: &[Term], costs: &Costs) -> Selection {
     let z = &cells.means(values);
     let net = |g: &OrthogonalFit| g.explained() - SEARCHED_COST * costs.variance * g.breakpoints() as f64;
@@ -44,15 +39,7 @@ pub(super) fn select(cells: &Cells, u: &[f64], values: &[f64], start: &[Term], c
         if even_net > net(&fit) + GIVEN_MARGIN * costs.variance {
             let knots = even_knots(cells, even.knots).into_iter();
             let knots = knots.map(|at| Term::TruncatedPower { at, degree: 3 });
-            fit = OrthogonalFit::new(cells, z, &(0..4).map(Term::Power).chain(knots).collect::<Vec<_>>());
-        }
-    }
-    if let Some(levels) = level_terms(cells, u) {
-        let explained = cells.dot(z, z);
-        // The powers count nothing, as in the other bases.
-        let cost = GIVEN_COST * costs.variance * levels.len().saturating_sub(FREE_POWERS) as f64;
-        if explained - cost > net(&fit) {
-            fit = OrthogonalFit::new(cells, z, &levels);
+            fit = OrthogonalFit::new(cells, z, &powers().chain(knots).collect::<Vec<_>>());
         }
     }
     let terms = jumps_placed(cells, u, values, &fit);
@@ -67,21 +54,6 @@ pub(super) fn selection(cells: &Cells, z: &[f64], terms: &[Term]) -> Selection {
         coefficients: fit.coefficients,
         terms: fit.terms,
     }
-}
-
-/// A straight line and a kink at every level of the input but the ends; `None` where the input does not return to few levels over and over.
-pub(super) fn level_terms(cells: &Cells, u: &[f64]) -> Option<Vec<Term>> {
-    let levels = cells.levels(MOST_LEVELS)?;
-    let changes = u.windows(2).filter(|w| w[0] != w[1]).count();
-    if changes < FEWEST_VISITS * levels.len() {
-        return None;
-    }
-    let inner = levels.get(1..levels.len() - 1).unwrap_or_default();
-    let kinks = inner.iter().map(|x| Term::TruncatedPower {
-        at: cells.unit.of(*x),
-        degree: 1,
-    });
-    Some((0..2).map(Term::Power).chain(kinks).collect())
 }
 
 /// The terms with their jumps moved from the cells' limits to between the samples where they fit best.

@@ -1,21 +1,21 @@
 //! The nonlinearity's basis under an input that is coloured or held: regression on functions that are filtered as the output is.
 //!
 //! $$ \tilde y_n = \sum_j c_j\, \tilde G(z)\, h_j(u_n) + \tilde e_n, \quad \tilde G = \frac{R B}{A} z^{-s} $$
-//! R whitens the error, so that this is an efficient regression for any input. The memory-removed output of `alternation.rs` is as good for a
-//! white input, and a thousand places cost little there; for others its noise depends from sample to sample, and a function is only
-//! believed where it would be seen in a single sample.
+//! R whitens the error, so that this regression is efficient for any input. For a white input the memory-removed output of `alternation.rs` is
+//! as good, and faster. For others its noise is correlated from sample to sample. A breakpoint there must pay as if it were seen in one
+//! sample alone, so that kinks which the record shows clearly are missed.
 //!
-//! Places are compared on a grid, evenly by rank, then moved on finer ones.
+//! Breakpoints are first chosen among places evenly spaced by rank, then moved in finer and finer steps.
 
-use super::basis::{Selection, even_knots, level_terms, selection};
+use super::basis::{Selection, even_knots, selection};
 use super::blocks::Observed;
 use super::cells::{Cells, DEGREES};
 use super::limits::{
-    DEPENDENT, ENTRY_COST, EVEN_KNOTS, FILTERED_PLACES, FILTERED_SAMPLES, FREE_POWERS, GIVEN_COST, GIVEN_MARGIN,
-    JUMP_COST, MOST_EVEN_FILTERED, MOST_TERMS, MOVED_PLACES, PATIENCE, SEARCHED_COST,
+    DEPENDENT, ENTRY_COST, FILTERED_PLACES, FILTERED_SAMPLES, FREE_POWERS, GIVEN_COST, JUMP_COST, MOST_TERMS,
+    MOVED_PLACES, PATIENCE, SWEEPS,
 };
 use super::linear_part::LinearPart;
-use super::piecewise::Term;
+use super::piecewise::{Term, powers};
 use crate::identify::block::regression;
 use crate::interrupt;
 
@@ -25,15 +25,6 @@ struct Filtered<'a> {
     observed: &'a Observed<'a>,
     filter: &'a LinearPart,
     y: Vec<f64>,
-}
-
-/// A regression on some terms.
-struct Fit {
-    terms: Vec<Term>,
-    coefficients: Vec<f64>,
-    squares: f64,
-    /// What its functions cost, in noise variances.
-    cost: f64,
 }
 
 /// Chooses a basis for the output behind the linear part `filter`, which whitens too; `whitening` is that part of it.
@@ -51,41 +42,17 @@ pub(super) fn select_filtered(
         filter,
         y: counted(&white, &head.counts),
     };
-    let searched = data.searched()?;
-    let even = data.even();
-    let levels = level_terms(cells, observed.u).and_then(|terms| data.given(terms));
-    let others: Vec<Fit> = even.into_iter().chain(levels).collect();
-    let free = |fit: &Fit| data.y.len().saturating_sub(fit.terms.len()).max(1) as f64;
-    let all = others.iter().chain([&searched]);
-    let variance = all.map(|fit| fit.squares / free(fit)).fold(f64::INFINITY, f64::min);
-    let risk = |fit: &Fit, margin: f64| fit.squares + (fit.cost + margin) * variance;
-    let mut best = (risk(&searched, 0.0), searched);
-    for fit in others {
-        let next = risk(&fit, GIVEN_MARGIN);
-        if next < best.0 {
-            best = (next, fit);
-        }
-    }
-    Some(best.1.selection(cells))
+    data.searched().map(|sweep| sweep.selection(cells))
 }
 
+/// The samples that count.
 fn counted(signal: &[f64], counts: &[bool]) -> Vec<f64> {
     let pairs = signal.iter().zip(counts);
     pairs.filter(|(_, counts)| **counts).map(|(v, _)| *v).collect()
 }
 
-impl Fit {
-    fn selection(&self, cells: &Cells) -> Selection {
-        let value = |s: &f64| -> f64 {
-            let pairs = self.terms.iter().zip(&self.coefficients);
-            pairs.map(|(term, c)| c * term.value(*s)).sum()
-        };
-        let curve: Vec<f64> = cells.s.iter().map(value).collect();
-        selection(cells, &curve, &self.terms)
-    }
-}
-
 impl Filtered<'_> {
+    /// A term as the output shows it, at the samples that count.
     fn column(&self, term: Term) -> Vec<f64> {
         if term == Term::Power(0) {
             return vec![1.0; self.y.len()];
@@ -96,40 +63,37 @@ impl Filtered<'_> {
         counted(&filtered, &self.observed.counts)
     }
 
+    /// A regression on none of these terms yet.
     fn sweep(&self, terms: Vec<Term>) -> Sweep {
         let columns: Vec<Vec<f64>> = terms.iter().map(|term| self.column(*term)).collect();
         Sweep::new(terms, &self.y, &columns)
     }
 
     /// Jumps, kinks and cubic knots at searched places.
-    fn searched(&self) -> Option<Fit> {
+    fn searched(&self) -> Option<Sweep> {
         let places = even_knots(self.cells, FILTERED_PLACES);
-        let powers = (0..FREE_POWERS as u8).map(Term::Power);
         let breakpoints = places
             .iter()
             .flat_map(|at| DEGREES.map(|degree| Term::TruncatedPower { at: *at, degree }));
-        let mut sweep = self.sweep(powers.chain(breakpoints).collect());
-        for power in 0..FREE_POWERS {
-            sweep.add(power);
-        }
-        sweep.extend();
-        sweep.reduce();
-        let mut terms = sweep.chosen();
-        let mut spacing = self.cells.len() / (places.len() + 1).max(1);
-        while spacing > 1 && terms.len() > FREE_POWERS.min(terms.len()) - 1 {
+        let all = self.sweep(powers().chain(breakpoints).collect());
+        // From a straight line and from a cubic: a cubic may lead kinks astray, and a line needs many for a smooth curve.
+        let starts = [2, usize::from(FREE_POWERS)].map(|count| all.clone().chosen_from(count));
+        let variance = starts.iter().map(Sweep::variance).fold(f64::INFINITY, f64::min);
+        let risk = |sweep: &Sweep| sweep.squares() + variance * sweep.price();
+        let best = starts.iter().min_by(|a, b| risk(a).total_cmp(&risk(b)))?;
+        let mut terms = best.chosen();
+        let mut spacing = self.cells.len() / (places.len() + 1);
+        while spacing > 1 {
             if interrupt::requested() {
                 return None;
             }
-            spacing = spacing.div_ceil(MOVED_PLACES).max(1);
+            spacing = spacing.div_ceil(MOVED_PLACES);
             terms = self.moved(&terms, spacing);
-            if spacing == 1 {
-                break;
-            }
         }
         let mut last = self.sweep(terms);
         (0..last.terms.len()).for_each(|k| last.add(k));
         last.reduce();
-        Some(last.fit(SEARCHED_COST))
+        Some(last)
     }
 
     /// Every breakpoint where it fits best among places that are so many cells apart.
@@ -163,31 +127,10 @@ impl Filtered<'_> {
         }
         sweep.chosen()
     }
-
-    /// The cubic spline with evenly placed knots of least estimated risk.
-    fn even(&self) -> Option<Fit> {
-        let knots = EVEN_KNOTS.into_iter().filter(|k| *k <= MOST_EVEN_FILTERED);
-        let of = |count: usize| {
-            let knots = even_knots(self.cells, count).into_iter();
-            let knots = knots.map(|at| Term::TruncatedPower { at, degree: 3 });
-            self.given((0..4).map(Term::Power).chain(knots).collect())
-        };
-        let all: Vec<Fit> = knots.filter_map(of).collect();
-        let n = self.y.len() as f64;
-        let variance = all.iter().map(|fit| fit.squares / n).fold(f64::INFINITY, f64::min);
-        let risk = |fit: &Fit| fit.squares + fit.cost * variance;
-        all.into_iter().min_by(|a, b| risk(a).total_cmp(&risk(b)))
-    }
-
-    /// The fit on given terms; `None` where they depend on one another.
-    fn given(&self, terms: Vec<Term>) -> Option<Fit> {
-        let mut sweep = self.sweep(terms);
-        (0..sweep.terms.len()).for_each(|k| sweep.add(k));
-        sweep.inside.iter().all(|inside| *inside).then(|| sweep.fit(GIVEN_COST))
-    }
 }
 
 /// A regression whose terms can be added and removed, by the sweep operator on the matrix of all products (Goodnight 1979).
+#[derive(Clone)]
 struct Sweep {
     terms: Vec<Term>,
     inside: Vec<bool>,
@@ -268,11 +211,49 @@ impl Sweep {
         }
     }
 
+    /// With the terms that are worth their price, searched from the first `count` on.
+    fn chosen_from(mut self, count: usize) -> Sweep {
+        (0..count).for_each(|k| self.add(k));
+        for _ in 0..SWEEPS {
+            let before = self.inside.clone();
+            self.extend();
+            self.reduce();
+            self.exchange();
+            if self.inside == before {
+                break;
+            }
+        }
+        self.reduce();
+        self
+    }
+
+    /// Puts the best term there is in the place of each one with a breakpoint.
+    fn exchange(&mut self) {
+        for k in 0..self.terms.len() {
+            if self.inside[k] && self.terms[k].is_breakpoint() {
+                self.toggle(k);
+                self.toggle(self.best().unwrap_or(k));
+            }
+        }
+    }
+
+    /// The term outside that lowers the sum of squares most.
+    fn best(&self) -> Option<usize> {
+        (0..self.terms.len()).max_by(|i, j| self.gain(*i).total_cmp(&self.gain(*j)))
+    }
+
+    /// What the terms inside must be worth together, in noise variances.
+    fn price(&self) -> f64 {
+        self.chosen().into_iter().map(price).sum()
+    }
+
     /// Takes in terms while they may pay, as two may only pay together.
     fn extend(&mut self) {
         for _ in 0..MOST_TERMS {
-            let best = (0..self.terms.len()).max_by(|i, j| self.gain(*i).total_cmp(&self.gain(*j)));
-            let Some(best) = best.filter(|k| self.gain(*k) > PATIENCE * ENTRY_COST * self.variance()) else {
+            let Some(best) = self
+                .best()
+                .filter(|k| self.gain(*k) > PATIENCE * ENTRY_COST * self.variance())
+            else {
                 break;
             };
             self.toggle(best);
@@ -300,18 +281,17 @@ impl Sweep {
         pairs.filter(|(_, inside)| **inside).map(|(term, _)| *term).collect()
     }
 
-    fn fit(&self, each: f64) -> Fit {
+    /// The basis of the terms inside, with the coefficients of this curve.
+    fn selection(&self, cells: &Cells) -> Selection {
         let inside: Vec<usize> = (0..self.terms.len()).filter(|k| self.inside[*k]).collect();
-        let breakpoints = inside
-            .iter()
-            .filter(|k| matches!(self.terms[**k], Term::TruncatedPower { .. }))
-            .count();
-        Fit {
-            coefficients: inside.iter().map(|k| self.at(*k, self.terms.len())).collect(),
-            terms: self.chosen(),
-            squares: self.squares(),
-            cost: each * breakpoints as f64,
-        }
+        let value = |s: &f64| -> f64 {
+            let parts = inside
+                .iter()
+                .map(|k| self.at(*k, self.terms.len()) * self.terms[*k].value(*s));
+            parts.sum()
+        };
+        let curve: Vec<f64> = cells.s.iter().map(value).collect();
+        selection(cells, &curve, &self.chosen())
     }
 }
 
@@ -323,3 +303,7 @@ fn price(term: Term) -> f64 {
         Term::TruncatedPower { .. } => ENTRY_COST,
     }
 }
+
+#[cfg(test)]
+#[path = "filtered_tests.rs"]
+mod tests;

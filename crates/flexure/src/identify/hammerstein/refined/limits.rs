@@ -46,7 +46,7 @@ pub(super) const ORDERS_BEYOND: usize = 2;
 pub(super) const STRUCTURE_SAMPLES: usize = 10_000;
 pub(super) const CHANGE_STEPS: usize = 6;
 pub(super) const CHANGES: usize = 3;
-/// Structure: by how much changes must lower Schwarz's criterion. Convention: of the many that are tried, some gain by chance.
+/// Structure: by how much changes must lower Schwarz's criterion. Convention: many are tried, and some lower it by chance.
 pub(super) const CHANGE_GAIN: f64 = 20.0;
 
 /// Cells: most cells that the samples are gathered in. Convention: a place is then known to 0.07 % of the samples.
@@ -69,19 +69,15 @@ pub(super) const GIVEN_MARGIN: f64 = 4.0;
 pub(super) const NEARLY_SMOOTH: f64 = 2.0;
 /// Basis: the numbers of evenly placed knots that are tried. Convention: each about a quarter more than the one before.
 pub(super) const EVEN_KNOTS: [usize; 14] = [1, 2, 3, 5, 7, 9, 11, 14, 17, 21, 26, 32, 40, 50];
-/// Basis: an input of no more levels than this may have a kink at each of them, if it comes to each so many times on average. Conventions:
-/// the curve's breakpoints stay readable; values that were held once are no levels, and others will follow between them.
-pub(super) const MOST_LEVELS: usize = 40;
-pub(super) const FEWEST_VISITS: usize = 3;
 /// Basis: the powers that count nothing, those up to the cube.
-pub(super) const FREE_POWERS: usize = 4;
+pub(super) const FREE_POWERS: u8 = 4;
 /// Basis: the cells for each evenly placed knot. Convention.
 pub(super) const CELLS_PER_KNOT: usize = 4;
 /// Basis: the cells on either side in which a jump may move. Convention.
 pub(super) const JUMP_REACH: usize = 3;
 
-/// Filtered: where the noise of the memory-removed output depends on itself by more than this factor, filtered functions are compared instead.
-/// Convention.
+/// Filtered: filtered functions are compared where correlation raises the variance of the memory-removed output's noise by more than this
+/// factor (D). Convention.
 pub(super) const DEPENDENT_NOISE: f64 = 1.5;
 /// Filtered: samples for the choice, places of each kind of breakpoint, and places on either side that one is moved to at a time. Conventions;
 /// they bound the time.
@@ -90,8 +86,6 @@ pub(super) const FILTERED_PLACES: usize = 32;
 pub(super) const MOVED_PLACES: usize = 4;
 /// Filtered: what a jump must gain, in noise variances: twice what other functions must, as a few samples can pass for one. Convention.
 pub(super) const JUMP_COST: f64 = 40.0;
-/// Filtered: the most evenly placed knots. Convention.
-pub(super) const MOST_EVEN_FILTERED: usize = 14;
 
 /// Stepwise: most functions of a basis. Convention; it bounds the time.
 pub(super) const MOST_TERMS: usize = 40;

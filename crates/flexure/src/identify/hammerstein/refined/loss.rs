@@ -39,6 +39,12 @@ impl Equations {
     pub fn parameters(&self) -> usize {
         self.normal.descent.len()
     }
+
+    /// Schwarz's criterion of the errors for so many parameters; smaller is better.
+    pub fn schwarz(&self, parameters: usize) -> f64 {
+        let n = self.count.max(1) as f64;
+        n * (self.normal.cost / n).max(f64::MIN_POSITIVE).ln() + parameters as f64 * n.ln()
+    }
 }
 
 impl Blocks {

@@ -12,9 +12,9 @@
 //! | 3. an autoregression that whitens the output error, and the memory-removed output | `alternation.rs` |
 //! | 4. breakpoints of phi, jumps, kinks and cubic knots, on the memory-removed output; on filtered functions where the input is coloured | `basis.rs`, `stepwise.rs`, `cells.rs`, `piecewise.rs`; `filtered.rs` |
 //! | 5. Levenberg-Marquardt steps on all coefficients of both blocks (Ljung 1999, chapter 10) | `blocks.rs`, `linear_part.rs`, `loss.rs`, `descent.rs` |
-//! | changes of delay and order, each fitted; then steps 3 to 5 again | `structure.rs` |
-//! | other views of the data, from there on | `views.rs` |
+//! | changes of delay and order, each fitted; after one, steps 3 to 5 again | `structure.rs` |
 //! | where the free run is poor, steps 3 to 5 again from the branch of least output error | `output_error.rs` |
+//! | from the minimum on, steps 3 to 5 again on filtered functions, and without whitening | `views.rs` |
 //! | 6. calibration and standard errors | `calibrated.rs` |
 //! | on request, a physical form of phi with a test | `forms.rs`, `form_fit.rs` |
 //! | what a reader is shown of all that | `details.rs` |
@@ -112,6 +112,14 @@ impl RefinedHammerstein {
         self.calibration.check()
     }
 
+    /// The same method without a noise model.
+    fn without_noise_model(&self) -> RefinedHammerstein {
+        RefinedHammerstein {
+            noise_model: false,
+            ..*self
+        }
+    }
+
     /// The method of the start.
     fn plain_method(&self) -> PlainHammerstein {
         PlainHammerstein {
@@ -154,19 +162,7 @@ impl RefinedHammerstein {
         let start = LinearPart::new(&linear.b()[plain.delay..], &linear.a()[1..], plain.delay);
         let plain_squares = observed.squares(&start.filter(&observed.experiments, &w));
         let input = input_correlations(observed.u);
-        let alternation = Alternation {
-            cells: &cells,
-            method: self,
-            input: &input,
-            w,
-            linear: start,
-            keeps_orders: false,
-            filtered: false,
-            memory: memory(linear),
-            offset: 0.0,
-            terms: Vec::new(),
-            order: None,
-        };
+        let alternation = Alternation::new(&cells, self, &input, w, start);
         let minimum = alternation.minimum(&mut observed);
         interrupt::check()?;
         // The plain estimate follows the fitted samples' own noise with more parameters.

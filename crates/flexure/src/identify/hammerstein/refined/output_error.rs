@@ -59,25 +59,14 @@ impl RefinedHammerstein {
             .collect();
         let level = mean(&w);
         w.iter_mut().for_each(|w| *w -= level);
-        let method = RefinedHammerstein {
-            noise_model: false,
-            ..*self
-        };
-        let memory = memory(&transfer);
+        let method = self.without_noise_model();
+        let linear = LinearPart::new(transfer.b(), &transfer.a()[1..], branch.delay);
+        let input = input_correlations(u);
         let alternation = Alternation {
-            cells,
-            method: &method,
-            input: &input_correlations(u),
-            w,
-            linear: LinearPart::new(transfer.b(), &transfer.a()[1..], branch.delay),
             keeps_orders: true,
-            filtered: false,
-            memory,
-            offset: 0.0,
-            terms: Vec::new(),
-            order: None,
+            ..Alternation::new(cells, &method, &input, w, linear)
         };
-        alternation.minimum(&mut Observed::new(all, memory))
+        alternation.minimum(&mut Observed::new(all, memory(&transfer)))
     }
 }
 

@@ -1,5 +1,6 @@
 //! Piecewise cubic polynomials whose breakpoints may be jumps, kinks or jumps of the third derivative.
 
+use super::limits::FREE_POWERS;
 use crate::sort;
 
 /// A basis function, in the unit coordinate s in [-1, 1].
@@ -17,6 +18,11 @@ pub(super) enum Term {
 }
 
 impl Term {
+    /// Whether it has a breakpoint.
+    pub fn is_breakpoint(&self) -> bool {
+        matches!(self, Term::TruncatedPower { .. })
+    }
+
     /// The function's value at s.
     pub fn value(self, s: f64) -> f64 {
         match self {
@@ -41,6 +47,11 @@ impl Term {
             _ => [power(3), 3.0 * power(2), 3.0 * power(1), 1.0],
         }
     }
+}
+
+/// The powers that every basis begins with.
+pub(super) fn powers() -> impl Iterator<Item = Term> {
+    (0..FREE_POWERS).map(Term::Power)
 }
 
 /// The linear maps from the input to the unit coordinate and back.

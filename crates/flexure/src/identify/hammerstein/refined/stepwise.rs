@@ -8,7 +8,7 @@ use super::cells::{Cells, DEGREES};
 use super::limits::{
     DEPENDENT, ENTRY_COST, FEWEST_AT_JUMP, LEAST_GAIN, MOST_MOVED, MOST_TERMS, PATIENCE, ROUNDING, SWEEPS,
 };
-use super::piecewise::Term;
+use super::piecewise::{Term, powers};
 use crate::interrupt;
 
 /// A regression of the cells' values z that is extended term by term.
@@ -158,10 +158,7 @@ impl<'a> OrthogonalFit<'a> {
 
     /// The number of terms with a breakpoint.
     pub fn breakpoints(&self) -> usize {
-        self.terms
-            .iter()
-            .filter(|t| matches!(t, Term::TruncatedPower { .. }))
-            .count()
+        self.terms.iter().filter(|term| term.is_breakpoint()).count()
     }
 
     /// By how much the terms lower the sum of squares.
@@ -200,12 +197,8 @@ impl Costs {
 
 /// Forward steps from the given breakpoints, backward steps, and sweeps.
 pub(super) fn stepwise<'a>(cells: &'a Cells, z: &'a [f64], start: &[Term], costs: &Costs) -> OrthogonalFit<'a> {
-    let powers = (0..4).map(Term::Power);
-    let breakpoints = start
-        .iter()
-        .copied()
-        .filter(|t| matches!(t, Term::TruncatedPower { .. }));
-    let mut fit = OrthogonalFit::new(cells, z, &powers.chain(breakpoints).collect::<Vec<_>>());
+    let breakpoints = start.iter().copied().filter(Term::is_breakpoint);
+    let mut fit = OrthogonalFit::new(cells, z, &powers().chain(breakpoints).collect::<Vec<_>>());
     let least = PATIENCE * costs.entry();
     while fit.terms.len() < MOST_TERMS && !interrupt::requested() {
         match fit.best(costs) {

@@ -1,8 +1,8 @@
 //! Changes of the linear part: a pole, a numerator coefficient or a sample of delay more or less, while Schwarz's criterion of the whitened
 //! error falls.
 //!
-//! Delay and order are first chosen from the deconvolved impulse response. Under a slow or held input that is a coarse view: the first
-//! samples of a response that begins gently look like a delay. Here every change is fitted to the samples themselves.
+//! Delay and order are first chosen from the estimated impulse response. Under a slow or held input that response is known badly, and one that
+//! rises slowly looks delayed. Here every change is fitted to the samples themselves.
 
 use super::alternation::Alternation;
 use super::blocks::{Blocks, Observed};
@@ -17,7 +17,7 @@ impl Alternation<'_> {
     /// A better linear part for this nonlinearity and this noise; `None` where no change is better.
     pub(super) fn changed(&self, blocks: &Blocks, observed: &Observed, whitening: &[f64]) -> Option<LinearPart> {
         let mut head = observed.head(STRUCTURE_SAMPLES);
-        // A few large outliers would pay for any change that follows them.
+        // Without outliers: a change that follows a few of them would seem to be better.
         for k in standing_alone(&blocks.errors(&head)) {
             head.counts[k] = false;
         }
@@ -54,9 +54,8 @@ impl Alternation<'_> {
     }
 }
 
-/// Schwarz's criterion of the whitened error, where a pole counts as two parameters: of several equally good linear parts that of least order.
+/// Schwarz's criterion of the whitened error. A pole counts as two parameters: of equally good linear parts, the one of least order is best.
 fn criterion(fit: &Descended) -> f64 {
-    let n = fit.equations.count.max(1) as f64;
-    let parameters = fit.equations.parameters() + fit.blocks.linear.a().len();
-    n * (fit.equations.normal.cost / n).max(f64::MIN_POSITIVE).ln() + parameters as f64 * n.ln()
+    let poles = fit.blocks.linear.a().len();
+    fit.equations.schwarz(fit.equations.parameters() + poles)
 }

@@ -1,7 +1,7 @@
-//! Other views of the same data, from a minimum on.
+//! Other searches from a minimum on, each of which sees what the first may not.
 //!
-//! The memory-removed output is a coarse view of the nonlinearity where the input is coloured or held, and whitening is a deceptive one
-//! where the model is wrong.
+//! Where the input is coloured or held, the memory-removed output shows the nonlinearity badly: its basis is chosen among filtered functions. And
+//! where the nonlinearity is wrong, the error that it leaves looks like coloured noise, which whitening then hides: the output error shows it.
 
 use super::super::options::RefinedHammerstein;
 use super::alternation::{Alternation, Minimum, memory};
@@ -11,81 +11,72 @@ use super::experiments::Experiments;
 use super::limits::{DEPENDENT_NOISE, HIDDEN, POOR};
 
 impl RefinedHammerstein {
-    /// The best of several minima by Schwarz's criterion of the whitened error: `first`, and what other views of the same data lead to from
-    /// there.
+    /// The best by Schwarz's criterion of the whitened error among `first` and the minima that other searches reach from there:
     ///
-    /// 1. With the basis chosen among filtered functions, where the input is coloured or held.
-    /// 2. After a minimum of the output error without a noise model, if a pass without it leaves less in a free run. What a wrong
-    ///    nonlinearity leaves looks like coloured noise too, and its whitening then hides what is wrong.
+    /// 1. on filtered functions, where the input is coloured or held;
+    /// 2. after a minimum of the output error without a noise model, where a pass without it leaves less in a free run.
     ///
-    /// Where a free run of these is poor and that without a noise model is not, that is the best.
+    /// If the free run of the best is poor, and that of the minimum without a noise model is not, the latter is the result.
     pub(super) fn best_of_views(&self, first: Minimum, all: &Experiments, cells: &Cells, input: &[f64]) -> Minimum {
         let observed = &mut Observed::new(all, memory(&first.blocks.linear.transfer));
-        // On the same samples as the others.
-        let first = Minimum {
-            equations: first.blocks.equations(observed, &first.whitening),
-            ..first
+        let u = observed.u;
+        // With its orders kept.
+        let onwards = |minimum: &Minimum, method| Alternation {
+            keeps_orders: true,
+            filtered: true,
+            offset: minimum.blocks.offset,
+            order: minimum.order.clone(),
+            ..Alternation::new(
+                cells,
+                method,
+                input,
+                minimum.blocks.signal(u),
+                minimum.blocks.linear.clone(),
+            )
         };
-        let views = Views {
-            cells,
-            input,
-            u: observed.u,
-        };
-        let better = |a: Minimum, b: Option<Minimum>| match b {
-            Some(b) if b.criterion() < a.criterion() => b,
-            _ => a,
-        };
-        let mut best = first;
+        let mut best = first.on(observed);
         if best.dependence > DEPENDENT_NOISE {
-            let filtered = views.onwards(&best, self).minimum(observed);
+            let filtered = onwards(&best, self).minimum(observed);
             best = better(best, filtered);
         }
-        let plain = RefinedHammerstein {
-            noise_model: false,
-            ..*self
-        };
+        // Without whitening, the output error is what was minimised.
         if best.whitening.len() < 2 {
             return best;
         }
-        let pass = views.onwards(&best, &plain).pass(observed);
+        let method = &self.without_noise_model();
+        let pass = onwards(&best, method).pass(observed);
         let left = pass.map(|pass| pass.blocks.unexplained(observed));
         if !left.is_some_and(|left| left < HIDDEN * best.blocks.unexplained(observed)) {
             return best;
         }
-        let Some(unwhitened) = views.onwards(&best, &plain).minimum(observed) else {
+        let Some(unwhitened) = onwards(&best, method).minimum(observed) else {
             return best;
         };
-        let again = views.onwards(&unwhitened, self).minimum(observed);
-        let best = better(best, again);
-        match best.blocks.unexplained(observed) > POOR && unwhitened.blocks.unexplained(observed) < POOR {
+        let again = onwards(&unwhitened, self).minimum(observed);
+        best = better(best, again);
+        let poor = |minimum: &Minimum| minimum.blocks.unexplained(observed) > POOR;
+        match poor(&best) && !poor(&unwhitened) {
             true => unwhitened,
             false => best,
         }
     }
 }
 
-/// What the searches from a minimum on have in common.
-struct Views<'a> {
-    cells: &'a Cells,
-    input: &'a [f64],
-    u: &'a [f64],
+/// The minimum of the smaller criterion.
+fn better(first: Minimum, other: Option<Minimum>) -> Minimum {
+    match other {
+        Some(other) if other.criterion() < first.criterion() => other,
+        _ => first,
+    }
 }
 
-impl<'a> Views<'a> {
-    /// A search that goes on from a minimum, with its orders and the basis chosen among filtered functions.
-    fn onwards(&self, minimum: &Minimum, method: &'a RefinedHammerstein) -> Alternation<'a> {
-        Alternation {
-            cells: self.cells,
-            method,
-            input: self.input,
-            w: minimum.blocks.signal(self.u),
-            linear: minimum.blocks.linear.clone(),
-            keeps_orders: true,
-            filtered: true,
-            memory: memory(&minimum.blocks.linear.transfer),
-            offset: minimum.blocks.offset,
-            terms: Vec::new(),
-            order: minimum.order.clone(),
+impl Minimum {
+    /// With its equations on these samples, so that criteria can be compared.
+    fn on(self, observed: &mut Observed) -> Minimum {
+        observed.complete(&self.blocks.simulated(observed), self.blocks.offset);
+        Minimum {
+            equations: self.blocks.equations(observed, &self.whitening),
+            ..self
         }
     }
 }
