@@ -48,12 +48,39 @@ pub(super) fn select(cells: &Cells, u: &[f64], values: &[f64], start: &[Term], c
 
 /// The regression of the cells' values on these terms.
 pub(super) fn selection(cells: &Cells, z: &[f64], terms: &[Term]) -> Selection {
-    let fit = OrthogonalFit::new(cells, z, terms);
+    let terms = jumps_joined(cells, &OrthogonalFit::new(cells, z, terms));
+    let fit = OrthogonalFit::new(cells, z, &terms);
     Selection {
         basis: PiecewiseCubics::new(cells.unit, &fit.terms, &fit.inverse_of_r().concat()),
         coefficients: fit.coefficients,
         terms: fit.terms,
     }
+}
+
+/// The terms without the jumps that a kink's place explains as well.
+///
+/// Between two values of the input the curve is not seen: j + k (s - t), a jump and a kink there, is the kink k (s - t') at t' = t - j / k.
+fn jumps_joined(cells: &Cells, fit: &OrthogonalFit) -> Vec<Term> {
+    let c = fit.solution().coefficients;
+    let gap = |at: f64| cells.s.partition_point(|s| *s < at);
+    let mut terms: Vec<Option<Term>> = fit.terms.iter().copied().map(Some).collect();
+    for (j, jump) in fit.terms.iter().enumerate() {
+        let Term::TruncatedPower { at: jump, degree: 0 } = *jump else {
+            continue;
+        };
+        let joined = fit.terms.iter().enumerate().find_map(|(k, kink)| match *kink {
+            Term::TruncatedPower { at, degree: 1 } if gap(at) == gap(jump) => {
+                let moved = at - c[j] / c[k];
+                (gap(moved) == gap(jump)).then_some((k, moved))
+            }
+            _ => None,
+        });
+        if let Some((k, at)) = joined {
+            terms[k] = Some(Term::TruncatedPower { at, degree: 1 });
+            terms[j] = None;
+        }
+    }
+    terms.into_iter().flatten().collect()
 }
 
 /// The terms with their jumps moved from the cells' limits to between the samples where they fit best.

@@ -96,3 +96,34 @@ fn few_levels_are_cells_of_their_own() {
     }
     assert!(Cells::new(&[1.0, 2.0]).levels(1).is_none());
 }
+
+/// With levels 1 apart, a kink at 0.7 and one at 0.5 with a jump are the same to every sample. The jump is not reported.
+#[test]
+fn a_kink_between_two_levels_needs_no_jump() {
+    let u: Vec<f64> = (0..700).map(|i| f64::from(i % 7) - 3.0).collect();
+    let cells = Cells::new(&u);
+    let breakpoint = |at: f64, degree: u8| Term::TruncatedPower {
+        at: cells.unit.of(at),
+        degree,
+    };
+    // The curve's terms, from those of a kink at 0.5 and a jump.
+    let found = |curve: &dyn Fn(f64) -> f64, jump: f64| {
+        let z = cells.means(&u.iter().map(|u| curve(*u)).collect::<Vec<_>>());
+        let terms = [Term::Power(0), Term::Power(1), breakpoint(0.5, 1), breakpoint(jump, 0)];
+        let result = selection(&cells, &z, &terms);
+        let phi = result.basis.combined(&result.coefficients);
+        assert!(u.iter().all(|u| (phi.value(*u) - curve(*u)).abs() < 1e-9));
+        result.terms
+    };
+    let kink = |u: f64| 2.0 * u - 3.0 * (u - 0.7).max(0.0);
+    let terms = found(&kink, 0.5);
+    let Term::TruncatedPower { at, degree: 1 } = terms[2] else {
+        panic!("{terms:?}");
+    };
+    assert!((cells.unit.back(at) - 0.7).abs() < 1e-9 && terms.len() == 3);
+    // A jump at another level stays; so does one that no kink before the next level can replace.
+    let elsewhere = |u: f64| 2.0 * u - 3.0 * (u - 0.5).max(0.0) + f64::from(u > 1.5);
+    assert_eq!(found(&elsewhere, 1.5).len(), 4);
+    let large = |u: f64| 2.0 * u - 3.0 * (u - 0.5).max(0.0) + 2.0 * f64::from(u > 0.5);
+    assert_eq!(found(&large, 0.5).len(), 4);
+}
