@@ -160,7 +160,7 @@ class Nonlinearity:
     outside: str = "nearest"
     """Beyond its points: held at its end ("nearest"), the straight continuation ("linear"), or "nan"."""
     kink_errors: Array | None = None
-    """Standard errors of the places of the kinks among `breakpoints`; None where there are none."""
+    """Standard errors of the places of the kinks among `breakpoints`, NaN where one is not known; None where there are none."""
 
     def __call__(self, at: npt.ArrayLike) -> Array:
         """Its values; of the shape of `at`."""
@@ -187,15 +187,17 @@ class Nonlinearity:
     @classmethod
     def of(cls, curve: dict[str, Any], breakpoints: Any = (), kinks: Any = ()) -> Nonlinearity:
         """From the object that a model file or a result has."""
-        places = [(b["at"], b["kind"]) if isinstance(b, dict) else (b, "knot") for b in breakpoints]
+        named = [b for b in breakpoints if isinstance(b, dict)]
+        places = [(b["at"], b["kind"]) for b in named] or [(at, "knot") for at in breakpoints]
         places = sorted(places + [(at, "kink") for at in kinks])
+        errors = curve.get("kink_errors") or [b.get("error") for b in named if b["kind"] == "kink"]
         edge = {k: _array(curve[k]) for k in ("lower", "upper") if len(curve.get(k) or ())}
         return cls(
             _array(curve["x"]),
             _array(curve["y"]),
             breakpoints=tuple(places),
             outside=curve.get("outside", "nearest"),
-            kink_errors=_array(curve["kink_errors"]) if "kink_errors" in curve else None,
+            kink_errors=_array(errors) if len(errors) else None,
             **edge,
         )
 

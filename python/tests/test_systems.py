@@ -27,6 +27,8 @@ def test_the_truth_is_found(fitted, record):
     assert len(fitted.verdict_.tests) >= 3 and all(test.passed for test in fitted.verdict_.tests if test.refutes)
     kinks = [at for at, kind in fitted.nonlinearity_.breakpoints if kind == "kink"]
     np.testing.assert_allclose(kinks, [-0.5, 0.5], atol=0.05)
+    errors = fitted.nonlinearity_.kink_errors
+    assert np.all(np.abs(np.subtract(kinks, [-0.5, 0.5])) < 4 * errors) and np.all(errors < 0.05)
     band = fitted.nonlinearity_.upper - fitted.nonlinearity_.lower
     assert np.all(band > 0) and fitted.predicted_.shape == record.y.shape
 

@@ -249,7 +249,7 @@ fn the_page_shows_what_the_method_has() {
         ("<dt>Bandwidth</dt>", false, true),
         ("Delay and lag of the regression", false, true),
         ("leave-one-out", false, true),
-        ("95 % pointwise, for these breakpoints", true, false),
+        ("95 % pointwise, for this number of breakpoints", true, false),
         ("95 % pointwise, variance only", false, true),
         ("as given", true, false),
     ] {

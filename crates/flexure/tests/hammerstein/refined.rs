@@ -23,12 +23,18 @@ pub fn is_refined(result: &Identification) -> bool {
 pub struct Breakpoint {
     pub at: f64,
     pub kind: Value,
+    /// The standard error of its place.
+    pub error: Option<f64>,
 }
 
 pub fn breakpoints(result: &Identification) -> Vec<Breakpoint> {
     let breakpoint = |v: &Value| Breakpoint {
         at: named(v).number("at"),
         kind: named(v).get("kind").unwrap().clone(),
+        error: match named(v).get("error") {
+            Some(Value::Number(error)) => Some(*error),
+            _ => None,
+        },
     };
     result
         .detail("breakpoints")
@@ -109,15 +115,45 @@ fn kinks_and_jumps_are_found_where_they_are() {
         (zone[0].at + 0.5).abs() < 0.03 && (zone[1].at - 0.7).abs() < 0.03,
         "{zone:?}"
     );
-    assert!(zone.iter().all(|b| b.kind == "kink".into()));
+    assert!(zone.iter().all(|b| b.kind == "kink".into() && b.error.is_some()));
     let limiter = found(KnownNonlinearity::HardLimiter);
     assert!(limiter.len() == 1 && limiter[0].at.abs() < 2e-3 && limiter[0].kind == "jump".into());
+    // The place of a jump is found at another rate, and has no standard error.
+    assert!(limiter[0].error.is_none());
     let steps = found(KnownNonlinearity::Quantizer);
     assert_eq!(steps.len(), 8);
     for (step, want) in steps.iter().zip([-1.75, -1.25, -0.75, -0.25, 0.25, 0.75, 1.25, 1.75]) {
         assert!((step.at - want).abs() < 5e-3 && step.kind == "jump".into(), "{steps:?}");
     }
     assert!(found(KnownNonlinearity::Cubic).is_empty());
+}
+
+/// The places of a dead zone's kinks beside their standard errors, as the normal distribution has them: under a white input, and under one that is
+/// held for 7 samples, where the kinks lie between its values and not at one of them. The bounds are three deviations of a share of 90.
+#[test]
+fn kinks_are_as_near_as_their_standard_errors_say() {
+    let [damped, _] = known_linear_parts();
+    let slow = filter(&[0.28], &[1.0, -1.73, 0.7441]);
+    for (hold, linear) in [(1, damped), (7, slow)] {
+        let mut scores = Vec::new();
+        for seed in 0..50 {
+            let levels = normal(500 + seed, 3000 / hold + 1, 1.5);
+            let u: Vec<f64> = (0..3000).map(|k| levels[k / hold]).collect();
+            let w: Vec<f64> = u.iter().map(|u| KnownNonlinearity::DeadZone.value(*u)).collect();
+            let y = linear.simulate(&w);
+            let noise = normal(600 + seed, 3000, 0.05 * verdict::spread(&y));
+            let found = breakpoints(&refined(&record(u, y.iter().zip(noise).map(|(y, e)| y + e).collect())));
+            // A few records are taken for smooth curves, or for curves with a jump.
+            if found.len() == 2 {
+                let pairs = found.iter().zip([-0.5, 0.7]);
+                scores.extend(pairs.map(|(kink, truth)| (kink.at - truth) / kink.error.unwrap()));
+            }
+        }
+        assert!(scores.len() >= 86, "{hold}: {}", scores.len());
+        let share = |limit: f64| scores.iter().filter(|z| z.abs() < limit).count() as f64 / scores.len() as f64;
+        let (one, two) = (share(1.0), share(1.96));
+        assert!((0.53..0.83).contains(&one) && two >= 0.88, "{hold}: {one} {two}");
+    }
 }
 
 #[test]

@@ -160,7 +160,7 @@ fn with_misfit(misfit: f64, noise: f64) -> Verdict {
     Verdict::new(&u, &output, &predicted).unwrap()
 }
 
-fn spread(v: &[f64]) -> f64 {
+pub fn spread(v: &[f64]) -> f64 {
     let centre = v.iter().sum::<f64>() / v.len() as f64;
     (v.iter().map(|v| (v - centre).powi(2)).sum::<f64>() / v.len() as f64).sqrt()
 }

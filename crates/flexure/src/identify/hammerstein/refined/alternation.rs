@@ -53,6 +53,8 @@ pub(super) struct Minimum {
     pub variance: f64,
     /// D.
     pub dependence: f64,
+    /// The memory of the samples it was found on: on others, what few samples determine might be lost.
+    pub memory: usize,
 }
 
 /// Noisy values of the nonlinearity at the samples.
@@ -187,6 +189,7 @@ impl<'a> Alternation<'a> {
             values: self.cells.means(&values),
             variance,
             dependence,
+            memory: observed.memory,
         })
     }
 

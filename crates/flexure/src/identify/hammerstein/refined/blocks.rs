@@ -21,6 +21,8 @@ pub(super) struct Observed<'a> {
     pub counts: Vec<bool>,
     /// The samples without an output.
     pub missing: Vec<usize>,
+    /// The lags after which the response counts as settled.
+    pub memory: usize,
 }
 
 impl<'a> Observed<'a> {
@@ -41,6 +43,7 @@ impl<'a> Observed<'a> {
             experiments,
             counts,
             missing: (0..all.fitted).filter(|&i| all.missing[i]).collect(),
+            memory,
         }
     }
 
@@ -55,6 +58,7 @@ impl<'a> Observed<'a> {
             experiments: within.map(|part| part.start..part.end.min(n)).collect(),
             counts: self.counts[..n].to_vec(),
             missing: self.missing.iter().copied().filter(|i| *i < n).collect(),
+            memory: self.memory,
         }
     }
 

@@ -1,7 +1,8 @@
 //! Both blocks in the calibration's scale, with standard errors.
 //!
 //! The parameters' covariance is $\sigma^2 (J'J)^{-1}$ at the minimum (Ljung 1999, section 9.4). What is reported depends on the
-//! parameters through the calibration as well, so the covariance is propagated by the delta method with numerical derivatives.
+//! parameters through the calibration as well, so the covariance is propagated by the delta method with numerical derivatives. The places
+//! of the kinks are among the parameters (`kinks.rs`).
 
 use super::super::calibration::{Calibrated, Calibration, Uncalibrated};
 use super::super::delayed;
@@ -9,7 +10,9 @@ use super::alternation::Minimum;
 use super::blocks::Blocks;
 use super::cells::Cells;
 use super::form_fit::MemoryRemoved;
+use super::kinks::WithJumps;
 use super::limits::{DERIVATIVE_STEP, END_SHARE, JUMP_WIDTH, POINTS, SINGULAR_RIDGE};
+use super::loss::Equations;
 use super::piecewise::{Breakpoint, Term, breakpoints};
 use crate::error::Result;
 use crate::identify::block::UnitDiagonal;
@@ -33,10 +36,25 @@ pub(super) struct CalibratedBlocks {
 
 impl CalibratedBlocks {
     /// Scales the blocks and propagates the parameters' covariance to them.
-    pub fn new(minimum: &Minimum, cells: &Cells, calibration: &Calibration, output_mean: f64) -> Result<Self> {
-        let blocks = &minimum.blocks;
+    pub fn new(
+        minimum: &Minimum,
+        extended: &WithJumps,
+        cells: &Cells,
+        calibration: &Calibration,
+        output_mean: f64,
+    ) -> Result<Self> {
+        let WithJumps {
+            blocks,
+            equations,
+            kinks,
+        } = extended;
         let at = abscissas(minimum, cells);
-        let covariance = Covariance::at(minimum);
+        let covariance = Covariance::new(blocks, equations, minimum.noise());
+        let place_error = |term: usize| {
+            let kink = kinks.iter().find(|kink| kink.term == term)?;
+            let error = covariance.as_ref()?.error(kink.parameter) / kink.slope_change.abs();
+            (error.is_finite() && error > 0.0).then_some(cells.unit.half * error)
+        };
         let reported = Reported {
             calibration,
             at: &at,
@@ -53,7 +71,7 @@ impl CalibratedBlocks {
         let ordinates = at.iter().map(|x| gain * phi.value(*x) + mean).collect();
         let linear = &blocks.linear;
         let coefficients = linear.b().len() + linear.a().len();
-        let spread = covariance.and_then(|v| reported.spread(blocks, &v));
+        let spread = covariance.as_ref().and_then(|v| reported.spread(blocks, v));
         let spread = spread.unwrap_or_else(|| Spread::none(at.len(), coefficients));
         let (band, errors) = spread.errors.split_at(at.len());
         let (b, a) = errors.split_at(linear.b().len());
@@ -64,7 +82,7 @@ impl CalibratedBlocks {
                 a: [&[0.0], a].concat(),
                 covariance: spread.coefficients,
             },
-            breakpoints: breakpoints(&minimum.terms, cells.unit),
+            breakpoints: breakpoints(&minimum.terms, cells.unit, place_error),
             memory_removed: MemoryRemoved {
                 x: cells.s.iter().map(|s| cells.unit.back(*s)).collect(),
                 value: minimum.values.iter().map(|z| gain * z + mean).collect(),
@@ -86,12 +104,13 @@ struct Covariance {
 }
 
 impl Covariance {
-    fn at(minimum: &Minimum) -> Option<Covariance> {
-        let n = minimum.equations.parameters();
-        let fixed = minimum.blocks.fixed_parameter();
-        let scaled = UnitDiagonal::new(&minimum.equations.normal.without(fixed));
+    /// `noise` is the standard deviation of the whitened error.
+    fn new(blocks: &Blocks, equations: &Equations, noise: f64) -> Option<Covariance> {
+        let n = equations.parameters();
+        let fixed = blocks.fixed_parameter();
+        let scaled = UnitDiagonal::new(&equations.normal.without(fixed));
         let inverse = (scaled.scaled_inverse(0.0)).or_else(|| scaled.scaled_inverse(SINGULAR_RIDGE))?;
-        let power = minimum.noise().powi(2);
+        let power = noise.powi(2);
         let mut rows = vec![0.0; n * n];
         let kept: Vec<usize> = (0..n).filter(|&i| i != fixed).collect();
         for (p, &i) in kept.iter().enumerate() {
@@ -104,6 +123,11 @@ impl Covariance {
 
     fn of(&self, i: usize, j: usize) -> f64 {
         self.rows[i * self.parameters + j]
+    }
+
+    /// The standard error of a parameter.
+    fn error(&self, i: usize) -> f64 {
+        self.of(i, i).max(0.0).sqrt()
     }
 
     /// The standard error of the static gain B(1)/A(1).
@@ -160,7 +184,7 @@ impl Reported<'_> {
         // By the parameters that have an error.
         let mut slopes: Vec<(usize, Vec<f64>)> = Vec::new();
         for i in 0..p.len() {
-            let step = DERIVATIVE_STEP * covariance.of(i, i).max(0.0).sqrt();
+            let step = DERIVATIVE_STEP * covariance.error(i);
             if !(step > 0.0) {
                 continue;
             }

@@ -8,7 +8,7 @@ use crate::identify::block::UnitDiagonal;
 use crate::interrupt;
 
 /// A damped step of all parameters but the fixed one.
-fn step(equations: &Equations, fixed: usize, damping: f64) -> Option<Vec<f64>> {
+pub(super) fn step(equations: &Equations, fixed: usize, damping: f64) -> Option<Vec<f64>> {
     let others = equations.normal.without(fixed);
     let mut step = UnitDiagonal::new(&others).solve(&others.descent, |d| d + damping)?;
     step.insert(fixed, 0.0);

@@ -15,7 +15,8 @@ use crate::text::{number, p_value, with_error};
 /// Where the nonlinearity breaks, for reading: "kinks at -1.000, 1.000".
 pub(super) fn listed(breakpoints: &[Breakpoint]) -> String {
     let of_kind = |kind: &'static str| {
-        let at = breakpoints.iter().filter(|b| b.kind == kind).map(|b| number(b.at));
+        let place = |b: &Breakpoint| b.error.map_or_else(|| number(b.at), |error| with_error(b.at, error));
+        let at = breakpoints.iter().filter(|b| b.kind == kind).map(place);
         let at: Vec<String> = at.collect();
         match at.len() {
             0 => None,
@@ -43,7 +44,7 @@ impl RefinedHammerstein {
         let form = self.form.map(|form| points.fit_form(form)).transpose()?;
         let text = listed(breakpoints);
         let values: Vec<Values> = (breakpoints.iter())
-            .map(|b| Values::new([("at", b.at.into()), ("kind", b.kind.into())]))
+            .map(|b| Values::new([("at", b.at.into()), ("kind", b.kind.into()), ("error", b.error.into())]))
             .collect();
         let why =
             "jumps, kinks and cubic knots where each lowers the error by more than chance would; a cubic between them";

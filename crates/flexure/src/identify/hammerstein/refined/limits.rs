@@ -116,6 +116,9 @@ pub(super) const DAMPING_AFTER_RISE: f64 = 30.0;
 pub(super) const LEAST_RAISED: f64 = 1e-5;
 pub(super) const MOST_DAMPING: f64 = 1e4;
 
+/// Kinks: moves of all kinks at once. Convention; each is a Gauss-Newton step, and the start is near.
+pub(super) const KINK_MOVES: usize = 3;
+
 /// Result: beyond the data the curve goes on straight where each of its two end pieces has this share of the samples. Convention: the slope
 /// of a piece with a few samples is not known.
 pub(super) const END_SHARE: f64 = 0.05;

@@ -34,6 +34,7 @@ fn the_equations_are_those_of_numerical_derivatives() {
         experiments: vec![0..301, 301..n],
         counts: (0..n).map(|i| i % 7 != 3 && (i > 20 && i < 301 || i > 330)).collect(),
         missing: Vec::new(),
+        memory: 0,
     };
     let whitening = [1.0, -0.6, 0.2, 0.1];
     let model = example();
@@ -89,6 +90,7 @@ fn the_equations_of_pieces_are_those_of_the_whole() {
         experiments: vec![0..1000, 1000..n],
         counts: (0..n).map(|i| i % 7 != 3).collect(),
         missing: Vec::new(),
+        memory: 0,
     };
     let whitening = [1.0, -0.6, 0.2, 0.1];
     let model = example();

@@ -15,6 +15,7 @@
 //! | changes of delay and order, each fitted; after one, steps 3 to 5 again | `structure.rs` |
 //! | where the free run is poor, steps 3 to 5 again from the branch of least output error | `output_error.rs` |
 //! | from the minimum on, steps 3 to 5 again on filtered functions, and without whitening | `views.rs` |
+//! | the places of kinks as parameters | `kinks.rs` |
 //! | 6. calibration and standard errors | `calibrated.rs` |
 //! | on request, a physical form of phi with a test | `forms.rs`, `form_fit.rs` |
 //! | what a reader is shown of all that | `details.rs` |
@@ -35,6 +36,7 @@ mod experiments;
 mod filtered;
 mod form_fit;
 pub(super) mod forms;
+mod kinks;
 mod limits;
 mod linear_part;
 mod loss;
@@ -175,8 +177,11 @@ impl RefinedHammerstein {
             return Ok(None);
         };
         let minimum = self.best_of_views(minimum, all, &cells, &input);
+        let observed = &mut Observed::new(all, minimum.memory);
+        let (minimum, with_jumps) = minimum.on(observed).with_kinks_placed(&cells, observed);
         interrupt::check()?;
-        let blocks = CalibratedBlocks::new(&minimum, &cells, &self.calibration, observed.output_mean)?;
+        let output_mean = observed.output_mean;
+        let blocks = CalibratedBlocks::new(&minimum, &with_jumps, &cells, &self.calibration, output_mean)?;
         self.outcome(request, all, &minimum, blocks, warnings(all, plain))
             .map(Some)
     }
@@ -200,7 +205,7 @@ impl RefinedHammerstein {
         let details = self.details(minimum, &order, &blocks)?;
         let mut curve = StaticBlock {
             band: blocks.band,
-            band_label: "95 % pointwise, for these breakpoints",
+            band_label: "95 % pointwise, for this number of breakpoints",
             ..StaticBlock::new(blocks.curve, "piecewise cubic")
         };
         curve.description += &format!(", {}", details::listed(&blocks.breakpoints));

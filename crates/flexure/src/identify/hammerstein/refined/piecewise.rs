@@ -87,13 +87,20 @@ pub(super) struct Breakpoint {
     pub at: f64,
     /// "jump" where the value changes, "kink" where the slope does, "knot" where the third derivative does.
     pub kind: &'static str,
+    /// The standard error of a kink's place.
+    pub error: Option<f64>,
 }
 
-/// The breakpoints of a basis, in order.
-pub(super) fn breakpoints(terms: &[Term], unit: UnitCoordinate) -> Vec<Breakpoint> {
-    let breakpoint = |t: &Term| match t {
+/// The breakpoints of a basis, in order, with the standard errors that there are.
+pub(super) fn breakpoints(
+    terms: &[Term],
+    unit: UnitCoordinate,
+    error: impl Fn(usize) -> Option<f64>,
+) -> Vec<Breakpoint> {
+    let breakpoint = |(k, term): (usize, &Term)| match term {
         Term::Power(_) => None,
         Term::TruncatedPower { at, degree } => Some(Breakpoint {
+            error: error(k),
             at: unit.back(*at),
             kind: match degree {
                 0 => "jump",
@@ -102,7 +109,7 @@ pub(super) fn breakpoints(terms: &[Term], unit: UnitCoordinate) -> Vec<Breakpoin
             },
         }),
     };
-    let mut all: Vec<Breakpoint> = terms.iter().filter_map(breakpoint).collect();
+    let mut all: Vec<Breakpoint> = terms.iter().enumerate().filter_map(breakpoint).collect();
     sort::by_key(&mut all, |b| b.at);
     all
 }
@@ -146,6 +153,81 @@ impl PiecewiseCubics {
             lower,
             table,
             size,
+        }
+    }
+
+    /// With more functions: these terms, whose breakpoints are among those there are.
+    pub fn with_terms(&self, terms: &[Term]) -> PiecewiseCubics {
+        let (n, size) = (self.size, self.size + terms.len());
+        let mut table = Vec::with_capacity(self.lower.len() * 4 * size);
+        for (piece, l) in self.lower.iter().enumerate() {
+            for p in 0..4 {
+                table.extend_from_slice(&self.table[(piece * 4 + p) * n..][..n]);
+                table.extend(terms.iter().map(|term| term.expanded(*l)[p]));
+            }
+        }
+        PiecewiseCubics {
+            unit: self.unit,
+            lower: self.lower.clone(),
+            table,
+            size,
+        }
+    }
+
+    /// By how much the first function's slope changes at a breakpoint, in the unit coordinate.
+    pub fn slope_change(&self, at: f64) -> f64 {
+        self.slope_changes(self.lower.partition_point(|l| *l < at))[0]
+    }
+
+    /// By how much the functions' slopes change where a piece begins.
+    fn slope_changes(&self, piece: usize) -> Vec<f64> {
+        let d = self.lower[piece] - self.lower[piece - 1];
+        let (before, after) = (self.piece(piece - 1), self.piece(piece));
+        let of = |i: usize| {
+            let c = |p: usize| before[p * self.size + i];
+            after[self.size + i] - (c(1) + d * (2.0 * c(2) + 3.0 * d * c(3)))
+        };
+        (0..self.size).map(of).collect()
+    }
+
+    /// The coefficients of a piece.
+    fn piece(&self, piece: usize) -> &[f64] {
+        &self.table[piece * 4 * self.size..][..4 * self.size]
+    }
+
+    /// The same functions with a kink moved to a place that no other breakpoint stands before.
+    ///
+    /// A slope change k that moves from t to t' adds k (t - t') to all pieces above it. The first of these begins at t'.
+    pub fn with_kink_moved(&self, from: f64, to: f64) -> PiecewiseCubics {
+        let n = self.size;
+        let first = self.lower.partition_point(|l| *l < from);
+        let mut moved = self.clone();
+        moved.lower[first] = to;
+        let raised: Vec<f64> = self.slope_changes(first).iter().map(|k| k * (from - to)).collect();
+        for piece in moved.table[first * 4 * n..].chunks_exact_mut(4 * n) {
+            piece.iter_mut().zip(&raised).for_each(|(c, by)| *c += by);
+        }
+        let (d, piece) = (to - from, &mut moved.table[first * 4 * n..][..4 * n]);
+        for i in 0..n {
+            let [c0, c1, c2, c3] = [0, 1, 2, 3].map(|p| piece[p * n + i]);
+            piece[i] = c0 + d * (c1 + d * (c2 + d * c3));
+            piece[n + i] = c1 + d * (2.0 * c2 + 3.0 * d * c3);
+            piece[2 * n + i] = c2 + 3.0 * d * c3;
+        }
+        moved
+    }
+
+    /// Lowers each function but the constant first one by its mean over these points with these weights.
+    pub fn centre(&mut self, points: &[f64], weights: &[f64]) {
+        let (mut values, mut sums) = (vec![0.0; self.size], vec![0.0; self.size]);
+        for (s, weight) in points.iter().zip(weights) {
+            self.values(self.unit.back(*s), &mut values);
+            sums.iter_mut().zip(&values).for_each(|(sum, v)| *sum += weight * v);
+        }
+        let total: f64 = weights.iter().sum();
+        for piece in self.table.chunks_exact_mut(4 * self.size) {
+            let constants = piece[..self.size].iter_mut().zip(&sums).skip(1);
+            constants.for_each(|(c, sum)| *c -= sum / total);
         }
     }
 
@@ -224,6 +306,42 @@ mod tests {
             }
             assert!((both.value(x) - (2.0 * got[0] - got[1])).abs() < 1e-14);
             assert!((pieces.value(x) - got[0]).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn functions_with_more_terms_and_with_a_moved_kink() {
+        let unit = UnitCoordinate::new(3.0, 7.0);
+        let kink = Term::TruncatedPower { at: -0.2, degree: 1 };
+        let cubic = Term::TruncatedPower { at: 0.4, degree: 3 };
+        let terms = [Term::Power(1), Term::Power(3), kink, cubic];
+        let mix = [0.3, -0.8, 1.7, 2.1, 0.0, 0.2, 0.5, -1.0];
+        let pieces = PiecewiseCubics::new(unit, &terms, &mix);
+        let jump = Term::TruncatedPower { at: -0.2, degree: 0 };
+        let more = pieces.with_terms(&[jump]);
+        for x in [3.0, 4.5999, 4.6001, 5.0, 6.0, 7.0] {
+            let (mut two, mut three) = ([0.0; 2], [0.0; 3]);
+            pieces.values(x, &mut two);
+            more.values(x, &mut three);
+            assert_eq!(three, [two[0], two[1], jump.value(unit.of(x))]);
+        }
+        // The first function has the first four coefficients, and so the kink's.
+        assert!((pieces.slope_change(-0.2) - 1.7).abs() < 1e-12);
+        assert!(pieces.slope_change(0.4).abs() < 1e-12);
+        for to in [-0.9, -0.25, -0.15, 0.39] {
+            let moved = pieces.with_kink_moved(-0.2, to);
+            let expected = [terms[0], terms[1], Term::TruncatedPower { at: to, degree: 1 }, terms[3]];
+            let expected = PiecewiseCubics::new(unit, &expected, &mix);
+            for i in 0..200 {
+                let x = 3.0 + 4.0 * f64::from(i) / 199.0;
+                let (mut got, mut want) = ([0.0; 2], [0.0; 2]);
+                moved.values(x, &mut got);
+                expected.values(x, &mut want);
+                assert!(
+                    (got[0] - want[0]).abs() < 1e-14 && (got[1] - want[1]).abs() < 1e-14,
+                    "{to} {x}"
+                );
+            }
         }
     }
 }

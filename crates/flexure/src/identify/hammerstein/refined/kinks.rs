@@ -1,0 +1,204 @@
+//! The places of the kinks as parameters: moved to where the error is least, with standard errors.
+//!
+//! A kink of slope change k that moves by d changes the curve above it by -k d, to first order:
+//! $$ k (s - t - d)_+ = k (s - t)_+ - k d\, [s \ge t] + O(d^2). $$
+//! So a jump is added to the basis at every kink, with the coefficient 0. Its Gauss-Newton step j moves the kink by -j / k, and its standard
+//! error is that of the place times |k|. The covariance of all parameters then allows for the places, and so do the band and the standard
+//! errors.
+//!
+//! A kink at the wrong place needs a jump beside it. So each such jump is left out in trial, the kinks are moved, and it stays out where that
+//! costs less than a searched function is worth.
+
+use super::alternation::Minimum;
+use super::basis::selection;
+use super::blocks::{Blocks, Observed};
+use super::cells::Cells;
+use super::descent::{Descended, descend, step};
+use super::limits::{FIRST_DAMPING, KINK_MOVES, LEAST_FALL, SEARCHED_COST, STEPS};
+use super::loss::Equations;
+use super::piecewise::Term;
+use crate::interrupt;
+use crate::sort;
+
+/// The blocks of a minimum with a jump of coefficient 0 at every kink, and the equations there.
+pub(super) struct WithJumps {
+    pub blocks: Blocks,
+    pub equations: Equations,
+    pub kinks: Vec<Kink>,
+}
+
+/// A kink whose place is a parameter.
+pub(super) struct Kink {
+    /// Its place among the terms.
+    pub term: usize,
+    /// Where it is, and by how much the slope changes there, in the unit coordinate.
+    pub at: f64,
+    pub slope_change: f64,
+    /// The parameter that is its jump.
+    pub parameter: usize,
+}
+
+impl WithJumps {
+    pub fn new(minimum: &Minimum, cells: &Cells, observed: &Observed) -> WithJumps {
+        let places = movable(&minimum.terms, cells);
+        let jumps = places.iter().map(|(_, at)| Term::TruncatedPower { at: *at, degree: 0 });
+        let own = &minimum.blocks;
+        let basis = own.basis.with_terms(&jumps.collect::<Vec<_>>());
+        let phi = own.nonlinearity();
+        let kinks = places.iter().enumerate().map(|(i, (term, at))| Kink {
+            term: *term,
+            at: *at,
+            slope_change: phi.slope_change(*at),
+            parameter: own.c.len() + i,
+        });
+        let kinks: Vec<Kink> = kinks.collect();
+        let blocks = Blocks {
+            basis,
+            c: [&own.c[..], &vec![0.0; kinks.len()]].concat(),
+            ..own.clone()
+        };
+        WithJumps {
+            equations: blocks.equations(observed, &minimum.whitening),
+            blocks,
+            kinks,
+        }
+    }
+
+    /// The step that goes to the minimum of the equations.
+    fn step(&self) -> Option<Vec<f64>> {
+        step(&self.equations, self.blocks.fixed_parameter(), FIRST_DAMPING)
+    }
+}
+
+/// The kinks, by term and place, that no jump stands beside: the two cannot be told apart.
+fn movable(terms: &[Term], cells: &Cells) -> Vec<(usize, f64)> {
+    let cell = |at: f64| cells.lower.partition_point(|l| *l < at);
+    let beside = |at: f64| {
+        let of_jump = |term: &Term| match *term {
+            Term::TruncatedPower { at: jump, degree: 0 } => cell(jump).abs_diff(cell(at)) <= 1,
+            _ => false,
+        };
+        terms.iter().any(of_jump)
+    };
+    let kinks = terms.iter().enumerate().filter_map(|(k, term)| match *term {
+        Term::TruncatedPower { at, degree: 1 } if !beside(at) => Some((k, at)),
+        _ => None,
+    });
+    kinks.collect()
+}
+
+impl Minimum {
+    /// The minimum over the places of the kinks too, without the jumps that these make needless.
+    pub fn with_kinks_placed(self, cells: &Cells, observed: &Observed) -> (Minimum, WithJumps) {
+        let mut best = self.with_kinks_settled(cells, observed);
+        'fewer: while !interrupt::requested() {
+            for jump in jumps_beside_kinks(&best.0.terms) {
+                let Some(other) = best.0.without(jump, cells, observed) else {
+                    continue;
+                };
+                let risen = other.0.equations.normal.cost - best.0.equations.normal.cost;
+                if risen < SEARCHED_COST * best.0.noise().powi(2) {
+                    best = other;
+                    continue 'fewer;
+                }
+            }
+            break;
+        }
+        best
+    }
+
+    /// With all kinks moved until the error falls no more.
+    fn with_kinks_settled(mut self, cells: &Cells, observed: &Observed) -> (Minimum, WithJumps) {
+        let mut extended = WithJumps::new(&self, cells, observed);
+        for _ in interrupt::rounds(KINK_MOVES) {
+            let Some(moved) = self.with_kinks_moved(&extended, cells, observed) else {
+                break;
+            };
+            self = moved;
+            extended = WithJumps::new(&self, cells, observed);
+        }
+        (self, extended)
+    }
+
+    /// The minimum without one of the terms; `None` where no nonlinearity is left.
+    fn without(&self, term: usize, cells: &Cells, observed: &Observed) -> Option<(Minimum, WithJumps)> {
+        let mut terms = self.terms.clone();
+        terms.remove(term);
+        let phi = self.blocks.nonlinearity();
+        let curve: Vec<f64> = cells.s.iter().map(|s| phi.value(cells.unit.back(*s))).collect();
+        let selection = selection(cells, &curve, &terms);
+        if selection.terms.len() < 2 {
+            return None;
+        }
+        let blocks = Blocks {
+            basis: selection.basis,
+            c: selection.coefficients[1..].to_vec(),
+            ..self.blocks.clone()
+        };
+        let descended = descend(blocks, observed, &self.whitening, STEPS);
+        Some(
+            self.with(descended, selection.terms)
+                .with_kinks_settled(cells, observed),
+        )
+    }
+
+    /// The same but for the blocks.
+    fn with(&self, descended: Descended, terms: Vec<Term>) -> Minimum {
+        Minimum {
+            blocks: descended.blocks,
+            equations: descended.equations,
+            terms,
+            whitening: self.whitening.clone(),
+            order: self.order.clone(),
+            values: self.values.clone(),
+            ..*self
+        }
+    }
+
+    /// With every kink moved by a Gauss-Newton step; `None` where that lowers the error by next to nothing.
+    fn with_kinks_moved(&self, extended: &WithJumps, cells: &Cells, observed: &Observed) -> Option<Minimum> {
+        if extended.kinks.is_empty() {
+            return None;
+        }
+        let step = extended.step()?;
+        let mut p: Vec<f64> = self.blocks.parameters();
+        let own = (0..step.len()).filter(|i| extended.kinks.iter().all(|kink| kink.parameter != *i));
+        p.iter_mut().zip(own).for_each(|(p, i)| *p += step[i]);
+        let mut blocks = self.blocks.with(&p);
+        let mut terms = self.terms.clone();
+        for kink in &extended.kinks {
+            let by = -step[kink.parameter] / kink.slope_change;
+            if !by.is_finite() {
+                return None;
+            }
+            // Not as far as another breakpoint, nor an end of the data.
+            let others = terms.iter().enumerate().filter_map(|(k, term)| match *term {
+                Term::TruncatedPower { at, .. } if k != kink.term => Some(at),
+                _ => None,
+            });
+            let room = others.chain([-1.0, 1.0]).map(|at| (at - kink.at).abs());
+            let most = 0.5 * room.fold(f64::INFINITY, f64::min);
+            let to = kink.at + by.clamp(-most, most);
+            blocks.basis = blocks.basis.with_kink_moved(kink.at, to);
+            terms[kink.term] = Term::TruncatedPower { at: to, degree: 1 };
+        }
+        blocks.basis.centre(&cells.s, &cells.count);
+        let descended = descend(blocks, observed, &self.whitening, STEPS);
+        let before = self.equations.normal.cost;
+        (before - descended.equations.normal.cost > LEAST_FALL * before).then(|| self.with(descended, terms))
+    }
+}
+
+/// The jumps next to a kink, as one kink at the wrong place needs them.
+fn jumps_beside_kinks(terms: &[Term]) -> Vec<usize> {
+    let mut places: Vec<(f64, u8, usize)> = Vec::new();
+    for (k, term) in terms.iter().enumerate() {
+        if let Term::TruncatedPower { at, degree } = *term {
+            places.push((at, degree, k));
+        }
+    }
+    sort::by_key(&mut places, |place| place.0);
+    let is_kink = |i: Option<usize>| i.and_then(|i| places.get(i)).is_some_and(|place| place.1 == 1);
+    let beside = |i: &usize| places[*i].1 == 0 && (is_kink(i.checked_sub(1)) || is_kink(Some(i + 1)));
+    (0..places.len()).filter(beside).map(|i| places[i].2).collect()
+}
