@@ -38,6 +38,7 @@ impl Linearisation {
 }
 
 /// A sum of squares linearised about a point: all that a step needs.
+#[derive(Clone)]
 pub(crate) struct NormalEquations {
     /// The sum of squares r'r.
     pub cost: f64,

@@ -16,7 +16,7 @@ pub(super) fn step(equations: &Equations, fixed: usize, damping: f64) -> Option<
 }
 
 /// Whether all parameters are finite and the linear part is stable.
-fn admissible(blocks: &Blocks) -> bool {
+pub(super) fn admissible(blocks: &Blocks) -> bool {
     blocks.parameters().iter().all(|p| p.is_finite())
         && (blocks.linear.transfer.poles()).is_some_and(|poles| poles.iter().all(|p| p.norm() <= LARGEST_RADIUS))
 }

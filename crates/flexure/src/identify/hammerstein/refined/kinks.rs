@@ -13,7 +13,7 @@ use super::alternation::Minimum;
 use super::basis::selection;
 use super::blocks::{Blocks, Observed};
 use super::cells::Cells;
-use super::descent::{Descended, descend, step};
+use super::descent::{admissible, descend, step};
 use super::limits::{FIRST_DAMPING, KINK_MOVES, LEAST_FALL, SEARCHED_COST, STEPS};
 use super::loss::Equations;
 use super::piecewise::Term;
@@ -64,6 +64,16 @@ impl WithJumps {
         }
     }
 
+    /// The equations of the minimum's own parameters.
+    fn without_jumps(&self) -> Equations {
+        let jumps = self.kinks.iter().rev().map(|kink| kink.parameter);
+        let whole = self.equations.normal.clone();
+        Equations {
+            normal: jumps.fold(whole, |normal, jump| normal.without(jump)),
+            count: self.equations.count,
+        }
+    }
+
     /// The step that goes to the minimum of the equations.
     fn step(&self) -> Option<Vec<f64>> {
         step(&self.equations, self.blocks.fixed_parameter(), FIRST_DAMPING)
@@ -107,16 +117,21 @@ impl Minimum {
         best
     }
 
-    /// With all kinks moved until the error falls no more.
+    /// With all kinks moved until the error hardly falls.
     fn with_kinks_settled(mut self, cells: &Cells, observed: &Observed) -> (Minimum, WithJumps) {
         let mut extended = WithJumps::new(&self, cells, observed);
         for _ in interrupt::rounds(KINK_MOVES) {
-            let Some(moved) = self.with_kinks_moved(&extended, cells, observed) else {
+            let Some(moved) = self.with_kinks_moved(&extended, cells) else {
                 break;
             };
-            self = moved;
-            extended = WithJumps::new(&self, cells, observed);
+            let next = WithJumps::new(&moved, cells, observed);
+            let (before, after) = (extended.equations.normal.cost, next.equations.normal.cost);
+            if !(before - after > LEAST_FALL * before) {
+                break;
+            }
+            (self, extended) = (moved, next);
         }
+        self.equations = extended.without_jumps();
         (self, extended)
     }
 
@@ -137,17 +152,17 @@ impl Minimum {
         };
         let descended = descend(blocks, observed, &self.whitening, STEPS);
         Some(
-            self.with(descended, selection.terms)
+            self.with(descended.blocks, selection.terms)
                 .with_kinks_settled(cells, observed),
         )
     }
 
-    /// The same but for the blocks.
-    fn with(&self, descended: Descended, terms: Vec<Term>) -> Minimum {
+    /// With other blocks, the equations of which are those of before.
+    fn with(&self, blocks: Blocks, terms: Vec<Term>) -> Minimum {
         Minimum {
-            blocks: descended.blocks,
-            equations: descended.equations,
+            blocks,
             terms,
+            equations: self.equations.clone(),
             whitening: self.whitening.clone(),
             order: self.order.clone(),
             values: self.values.clone(),
@@ -155,8 +170,8 @@ impl Minimum {
         }
     }
 
-    /// With every kink moved by a Gauss-Newton step; `None` where that lowers the error by next to nothing.
-    fn with_kinks_moved(&self, extended: &WithJumps, cells: &Cells, observed: &Observed) -> Option<Minimum> {
+    /// A Gauss-Newton step of all parameters and of the kinks' places; `None` where there is none to take.
+    fn with_kinks_moved(&self, extended: &WithJumps, cells: &Cells) -> Option<Minimum> {
         if extended.kinks.is_empty() {
             return None;
         }
@@ -182,10 +197,11 @@ impl Minimum {
             blocks.basis = blocks.basis.with_kink_moved(kink.at, to);
             terms[kink.term] = Term::TruncatedPower { at: to, degree: 1 };
         }
-        blocks.basis.centre(&cells.s, &cells.count);
-        let descended = descend(blocks, observed, &self.whitening, STEPS);
-        let before = self.equations.normal.cost;
-        (before - descended.equations.normal.cost > LEAST_FALL * before).then(|| self.with(descended, terms))
+        let means = blocks.basis.centre(&cells.s, &cells.count);
+        // Passed on by the linear part, the mean that is taken from phi belongs to the offset.
+        let mean: f64 = means.iter().zip(blocks.coefficients()).map(|(m, c)| m * c).sum();
+        blocks.offset += mean * blocks.linear.transfer.static_gain();
+        admissible(&blocks).then(|| self.with(blocks, terms))
     }
 }
 

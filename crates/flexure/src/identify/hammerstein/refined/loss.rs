@@ -19,6 +19,7 @@ const CHUNK: usize = 256;
 const ROWS: usize = 4;
 
 /// The normal equations of the prediction error: J is the derivative of the prediction.
+#[derive(Clone)]
 pub(super) struct Equations {
     pub normal: NormalEquations,
     /// The number of errors.

@@ -178,7 +178,8 @@ impl RefinedHammerstein {
         };
         let minimum = self.best_of_views(minimum, all, &cells, &input);
         let observed = &mut Observed::new(all, minimum.memory);
-        let (minimum, with_jumps) = minimum.on(observed).with_kinks_placed(&cells, observed);
+        observed.complete(&minimum.blocks.simulated(observed), minimum.blocks.offset);
+        let (minimum, with_jumps) = minimum.with_kinks_placed(&cells, observed);
         interrupt::check()?;
         let output_mean = observed.output_mean;
         let blocks = CalibratedBlocks::new(&minimum, &with_jumps, &cells, &self.calibration, output_mean)?;

@@ -217,18 +217,20 @@ impl PiecewiseCubics {
         moved
     }
 
-    /// Lowers each function but the constant first one by its mean over these points with these weights.
-    pub fn centre(&mut self, points: &[f64], weights: &[f64]) {
+    /// Lowers each function but the constant first one by its mean over these points with these weights; the means.
+    pub fn centre(&mut self, points: &[f64], weights: &[f64]) -> Vec<f64> {
         let (mut values, mut sums) = (vec![0.0; self.size], vec![0.0; self.size]);
         for (s, weight) in points.iter().zip(weights) {
             self.values(self.unit.back(*s), &mut values);
             sums.iter_mut().zip(&values).for_each(|(sum, v)| *sum += weight * v);
         }
         let total: f64 = weights.iter().sum();
+        let means: Vec<f64> = sums.iter().map(|sum| sum / total).collect();
         for piece in self.table.chunks_exact_mut(4 * self.size) {
-            let constants = piece[..self.size].iter_mut().zip(&sums).skip(1);
-            constants.for_each(|(c, sum)| *c -= sum / total);
+            let constants = piece[..self.size].iter_mut().zip(&means).skip(1);
+            constants.for_each(|(c, mean)| *c -= mean);
         }
+        means
     }
 
     /// The number of functions.

@@ -72,7 +72,7 @@ fn better(first: Minimum, other: Option<Minimum>) -> Minimum {
 
 impl Minimum {
     /// With its equations on these samples, so that criteria can be compared.
-    pub fn on(self, observed: &mut Observed) -> Minimum {
+    fn on(self, observed: &mut Observed) -> Minimum {
         observed.complete(&self.blocks.simulated(observed), self.blocks.offset);
         Minimum {
             equations: self.blocks.equations(observed, &self.whitening),
