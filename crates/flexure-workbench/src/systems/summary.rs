@@ -1,7 +1,8 @@
 //! An identified system as text: the result first, then what it says, then the blocks.
 
-use flexure::identify::result::{BlockKind, LinearBlock, NamedBlock, Path, Place};
+use flexure::identify::result::{BlockKind, CoefficientErrors, LinearBlock, NamedBlock, Path, Place};
 use flexure::identify::{Verdict, Warning};
+use flexure::linear::TransferFunction;
 use flexure::nonlinearity::Surface;
 use flexure::text::{capitalised, fit, number, with_error};
 
@@ -147,7 +148,8 @@ pub fn linear_text(block: &LinearBlock) -> String {
 /// The coefficients that are not zero, each with its standard error where there is one: `b_k` weights the input of k samples ago,
 /// `-a_k` the output.
 fn coefficients(block: &LinearBlock) -> String {
-    let (system, errors) = (&block.system, block.errors.as_ref());
+    let system = &block.system;
+    let errors = block.errors.as_ref().filter(|errors| determined(system, errors));
     let b = system.b().iter().enumerate().map(|(k, &c)| ('b', k, c));
     // The first one is 1.
     let a = system.a().iter().enumerate().skip(1).map(|(k, &c)| ('a', k, c));
@@ -157,10 +159,20 @@ fn coefficients(block: &LinearBlock) -> String {
         unbroken(&format!("{name}{k} = {}", with_error(c, error.unwrap_or(0.0))))
     });
     let each: Vec<String> = each.collect();
+    let said = match errors.is_some() == block.errors.is_some() {
+        true => "",
+        false => "; the data determine the response, not each coefficient (a pole and a zero may cancel)",
+    };
     match each.is_empty() {
         true => "all zero".to_owned(),
-        false => each.join(", "),
+        false => each.join(", ") + said,
     }
+}
+
+/// Whether no coefficient has a standard error above the largest one.
+fn determined(system: &TransferFunction, errors: &CoefficientErrors) -> bool {
+    let largest = |v: &[f64]| v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+    largest(&errors.b) <= largest(system.b()) && largest(&errors.a) <= largest(system.a())
 }
 
 fn write_surface(title: &str, surface: &Surface, inputs: &[String], lines: &mut Lines) {
@@ -181,8 +193,6 @@ fn write_surface(title: &str, surface: &Surface, inputs: &[String], lines: &mut 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use flexure::identify::result::CoefficientErrors;
-    use flexure::linear::TransferFunction;
 
     #[test]
     fn coefficients_of_zero_are_left_out() {
@@ -205,5 +215,32 @@ mod tests {
             "b305 = 0.5000, b306 = 0.250 ± 0.012, a1 = -0.90000 ± 0.00030"
         );
         assert_eq!(text(vec![0.0; 9], vec![1.0], None), "all zero");
+    }
+
+    /// The standard errors of a pole and a zero that cancel are numbers of no use to a reader.
+    #[test]
+    fn coefficients_that_the_data_do_not_determine_say_so() {
+        let text = |error: f64| {
+            let errors = CoefficientErrors {
+                b: vec![0.0, 0.01, 0.02],
+                a: vec![0.0, error, 0.1],
+                covariance: Vec::new(),
+            };
+            coefficients(&LinearBlock {
+                system: TransferFunction::new(vec![0.0, 0.5, 0.1], vec![1.0, -1.3, 0.4]).unwrap(),
+                errors: Some(errors),
+                impulse: None,
+            })
+            .replace('\u{a0}', " ")
+        };
+        assert!(
+            text(1.2).contains("a1 = -1.3 ± 1.2") && !text(1.2).contains("determine"),
+            "{}",
+            text(1.2)
+        );
+        assert!(
+            text(1771.0)
+                .starts_with("b1 = 0.5000, b2 = 0.1000, a1 = -1.300, a2 = 0.4000; the data determine the response")
+        );
     }
 }

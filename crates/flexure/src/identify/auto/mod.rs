@@ -107,6 +107,8 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
                 }
                 match same {
                     None => fitted.push(found),
+                    // A structure's own method says more, where it holds.
+                    Some(other) if other.verdict.holds() => {}
                     Some(other) if found.verdict.measures.rms < other.verdict.measures.rms => *other = found,
                     Some(_) => {}
                 }
