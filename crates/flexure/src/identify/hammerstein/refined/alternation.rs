@@ -107,8 +107,7 @@ impl Minimum {
 
     /// The standard deviation of the whitened error.
     pub fn noise(&self) -> f64 {
-        let free = self.equations.count.saturating_sub(self.equations.parameters()).max(1);
-        (self.equations.normal.cost / free as f64).sqrt()
+        self.equations.noise()
     }
 }
 

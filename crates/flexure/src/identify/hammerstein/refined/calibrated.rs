@@ -45,15 +45,14 @@ impl CalibratedBlocks {
     ) -> Result<Self> {
         let WithJumps {
             blocks,
-            equations,
+            covariance,
             kinks,
+            ..
         } = extended;
         let at = abscissas(minimum, cells);
-        let covariance = Covariance::new(blocks, equations, minimum.noise());
         let place_error = |term: usize| {
             let kink = kinks.iter().find(|kink| kink.term == term)?;
-            let error = covariance.as_ref()?.error(kink.parameter) / kink.slope_change.abs();
-            (error.is_finite() && error > 0.0).then_some(cells.unit.half * error)
+            extended.place_error(kink).map(|error| cells.unit.half * error)
         };
         let reported = Reported {
             calibration,
@@ -98,19 +97,18 @@ impl CalibratedBlocks {
 }
 
 /// The covariance of all parameters, row-major, zero for the one that the scale fixes.
-struct Covariance {
+pub(super) struct Covariance {
     rows: Vec<f64>,
     parameters: usize,
 }
 
 impl Covariance {
-    /// `noise` is the standard deviation of the whitened error.
-    fn new(blocks: &Blocks, equations: &Equations, noise: f64) -> Option<Covariance> {
+    pub fn new(blocks: &Blocks, equations: &Equations) -> Option<Covariance> {
         let n = equations.parameters();
         let fixed = blocks.fixed_parameter();
         let scaled = UnitDiagonal::new(&equations.normal.without(fixed));
         let inverse = (scaled.scaled_inverse(0.0)).or_else(|| scaled.scaled_inverse(SINGULAR_RIDGE))?;
-        let power = noise.powi(2);
+        let power = equations.noise().powi(2);
         let mut rows = vec![0.0; n * n];
         let kept: Vec<usize> = (0..n).filter(|&i| i != fixed).collect();
         for (p, &i) in kept.iter().enumerate() {
@@ -126,7 +124,7 @@ impl Covariance {
     }
 
     /// The standard error of a parameter.
-    fn error(&self, i: usize) -> f64 {
+    pub fn error(&self, i: usize) -> f64 {
         self.of(i, i).max(0.0).sqrt()
     }
 

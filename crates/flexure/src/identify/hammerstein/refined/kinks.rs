@@ -12,6 +12,7 @@
 use super::alternation::Minimum;
 use super::basis::selection;
 use super::blocks::{Blocks, Observed};
+use super::calibrated::Covariance;
 use super::cells::Cells;
 use super::descent::{admissible, descend, step};
 use super::limits::{FIRST_DAMPING, KINK_MOVES, LEAST_FALL, SEARCHED_COST, STEPS};
@@ -24,6 +25,8 @@ use crate::sort;
 pub(super) struct WithJumps {
     pub blocks: Blocks,
     pub equations: Equations,
+    /// Of all parameters, those of the jumps too.
+    pub covariance: Option<Covariance>,
     pub kinks: Vec<Kink>,
 }
 
@@ -39,8 +42,21 @@ pub(super) struct Kink {
 }
 
 impl WithJumps {
+    /// With jumps at all kinks whose places the data determine: at no end and no other breakpoint within a standard error.
     pub fn new(minimum: &Minimum, cells: &Cells, observed: &Observed) -> WithJumps {
-        let places = movable(&minimum.terms, cells);
+        let mut places = movable(&minimum.terms, cells);
+        loop {
+            let found = WithJumps::at(minimum, &places, observed);
+            let sure = |kink: &Kink| (found.place_error(kink)).is_some_and(|error| error < room(&minimum.terms, kink));
+            let Some(unsure) = found.kinks.iter().position(|kink| !sure(kink)) else {
+                return found;
+            };
+            places.remove(unsure);
+        }
+    }
+
+    /// With jumps at these kinks, given by term and place.
+    fn at(minimum: &Minimum, places: &[(usize, f64)], observed: &Observed) -> WithJumps {
         let jumps = places.iter().map(|(_, at)| Term::TruncatedPower { at: *at, degree: 0 });
         let own = &minimum.blocks;
         let basis = own.basis.with_terms(&jumps.collect::<Vec<_>>());
@@ -57,11 +73,19 @@ impl WithJumps {
             c: [&own.c[..], &vec![0.0; kinks.len()]].concat(),
             ..own.clone()
         };
+        let equations = blocks.equations(observed, &minimum.whitening);
         WithJumps {
-            equations: blocks.equations(observed, &minimum.whitening),
+            covariance: Covariance::new(&blocks, &equations),
             blocks,
+            equations,
             kinks,
         }
+    }
+
+    /// The standard error of a kink's place in the unit coordinate, if it is a number.
+    pub fn place_error(&self, kink: &Kink) -> Option<f64> {
+        let error = self.covariance.as_ref()?.error(kink.parameter) / kink.slope_change.abs();
+        (error.is_finite() && error > 0.0).then_some(error)
     }
 
     /// The equations of the minimum's own parameters.
@@ -121,15 +145,21 @@ impl Minimum {
     fn with_kinks_settled(mut self, cells: &Cells, observed: &Observed) -> (Minimum, WithJumps) {
         let mut extended = WithJumps::new(&self, cells, observed);
         for _ in interrupt::rounds(KINK_MOVES) {
-            let Some(moved) = self.with_kinks_moved(&extended, cells) else {
-                break;
-            };
-            let next = WithJumps::new(&moved, cells, observed);
-            let (before, after) = (extended.equations.normal.cost, next.equations.normal.cost);
-            if !(before - after > LEAST_FALL * before) {
+            let Some(step) = extended.step() else { break };
+            let least = LEAST_FALL * extended.equations.normal.cost;
+            let descent = step.iter().zip(&extended.equations.normal.descent);
+            let expected: f64 = descent.map(|(step, descent)| step * descent).sum();
+            if extended.kinks.is_empty() || !(expected > least) {
                 break;
             }
-            (self, extended) = (moved, next);
+            let shorter = [1.0, 0.5, 0.25].iter().find_map(|share| {
+                let moved = self.with_kinks_moved(&extended, &step, *share, cells)?;
+                let next = WithJumps::new(&moved, cells, observed);
+                let fall = extended.equations.normal.cost - next.equations.normal.cost;
+                (fall > least).then_some((moved, next))
+            });
+            let Some(next) = shorter else { break };
+            (self, extended) = next;
         }
         self.equations = extended.without_jumps();
         (self, extended)
@@ -157,7 +187,7 @@ impl Minimum {
         )
     }
 
-    /// With other blocks, the equations of which are those of before.
+    /// With other blocks. The equations, and the memory-removed values, are still those of before.
     fn with(&self, blocks: Blocks, terms: Vec<Term>) -> Minimum {
         Minimum {
             blocks,
@@ -170,30 +200,18 @@ impl Minimum {
         }
     }
 
-    /// A Gauss-Newton step of all parameters and of the kinks' places; `None` where there is none to take.
-    fn with_kinks_moved(&self, extended: &WithJumps, cells: &Cells) -> Option<Minimum> {
-        if extended.kinks.is_empty() {
-            return None;
-        }
-        let step = extended.step()?;
+    /// This share of a step of all parameters and of the kinks' places, or so much less that every kink keeps its order.
+    fn with_kinks_moved(&self, extended: &WithJumps, step: &[f64], share: f64, cells: &Cells) -> Option<Minimum> {
+        let by = |kink: &Kink| -step[kink.parameter] / kink.slope_change;
+        let within = |kink: &Kink| 0.5 * room(&self.terms, kink) / by(kink).abs();
+        let share = share * extended.kinks.iter().map(within).fold(1.0, f64::min);
         let mut p: Vec<f64> = self.blocks.parameters();
         let own = (0..step.len()).filter(|i| extended.kinks.iter().all(|kink| kink.parameter != *i));
-        p.iter_mut().zip(own).for_each(|(p, i)| *p += step[i]);
+        p.iter_mut().zip(own).for_each(|(p, i)| *p += share * step[i]);
         let mut blocks = self.blocks.with(&p);
         let mut terms = self.terms.clone();
         for kink in &extended.kinks {
-            let by = -step[kink.parameter] / kink.slope_change;
-            if !by.is_finite() {
-                return None;
-            }
-            // Not as far as another breakpoint, nor an end of the data.
-            let others = terms.iter().enumerate().filter_map(|(k, term)| match *term {
-                Term::TruncatedPower { at, .. } if k != kink.term => Some(at),
-                _ => None,
-            });
-            let room = others.chain([-1.0, 1.0]).map(|at| (at - kink.at).abs());
-            let most = 0.5 * room.fold(f64::INFINITY, f64::min);
-            let to = kink.at + by.clamp(-most, most);
+            let to = kink.at + share * by(kink);
             blocks.basis = blocks.basis.with_kink_moved(kink.at, to);
             terms[kink.term] = Term::TruncatedPower { at: to, degree: 1 };
         }
@@ -203,6 +221,16 @@ impl Minimum {
         blocks.offset += mean * blocks.linear.transfer.static_gain();
         admissible(&blocks).then(|| self.with(blocks, terms))
     }
+}
+
+/// How far a kink is from the next breakpoint, or from an end of the data.
+fn room(terms: &[Term], kink: &Kink) -> f64 {
+    let others = terms.iter().enumerate().filter_map(|(k, term)| match *term {
+        Term::TruncatedPower { at, .. } if k != kink.term => Some(at),
+        _ => None,
+    });
+    let distances = others.chain([-1.0, 1.0]).map(|at| (at - kink.at).abs());
+    distances.fold(f64::INFINITY, f64::min)
 }
 
 /// The jumps next to a kink, as one kink at the wrong place needs them.

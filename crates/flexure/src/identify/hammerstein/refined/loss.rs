@@ -41,6 +41,12 @@ impl Equations {
         self.normal.descent.len()
     }
 
+    /// The standard deviation of an error.
+    pub fn noise(&self) -> f64 {
+        let free = self.count.saturating_sub(self.parameters()).max(1);
+        (self.normal.cost / free as f64).sqrt()
+    }
+
     /// Schwarz's criterion of the errors for so many parameters; smaller is better.
     pub fn schwarz(&self, parameters: usize) -> f64 {
         let n = self.count.max(1) as f64;
