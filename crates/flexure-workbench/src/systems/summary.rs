@@ -149,7 +149,13 @@ pub fn linear_text(block: &LinearBlock) -> String {
 /// `-a_k` the output.
 fn coefficients(block: &LinearBlock) -> String {
     let system = &block.system;
-    let errors = block.errors.as_ref().filter(|errors| determined(system, errors));
+    let (errors, remark) = match &block.errors {
+        Some(errors) if !determined(system, errors) => (
+            None,
+            "; the data determine the response, not each coefficient (a pole and a zero may cancel)",
+        ),
+        errors => (errors.as_ref(), ""),
+    };
     let b = system.b().iter().enumerate().map(|(k, &c)| ('b', k, c));
     // The first one is 1.
     let a = system.a().iter().enumerate().skip(1).map(|(k, &c)| ('a', k, c));
@@ -159,13 +165,9 @@ fn coefficients(block: &LinearBlock) -> String {
         unbroken(&format!("{name}{k} = {}", with_error(c, error.unwrap_or(0.0))))
     });
     let each: Vec<String> = each.collect();
-    let said = match errors.is_some() == block.errors.is_some() {
-        true => "",
-        false => "; the data determine the response, not each coefficient (a pole and a zero may cancel)",
-    };
     match each.is_empty() {
         true => "all zero".to_owned(),
-        false => each.join(", ") + said,
+        false => each.join(", ") + remark,
     }
 }
 

@@ -3,11 +3,12 @@
 mod calibration;
 mod cascades;
 mod colour;
-mod coloured;
 mod errors;
 mod forms;
 mod invariance;
+mod kinks;
 mod oracle;
+mod ordinary_inputs;
 mod recovery;
 mod refined;
 mod robustness;

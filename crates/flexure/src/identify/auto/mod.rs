@@ -107,7 +107,7 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
                 }
                 match same {
                     None => fitted.push(found),
-                    // A structure's own method says more, where it holds.
+                    // The structure's own fit is kept where it holds: it tells more, such as breakpoints and the noise.
                     Some(other) if other.verdict.holds() => {}
                     Some(other) if found.verdict.measures.rms < other.verdict.measures.rms => *other = found,
                     Some(_) => {}

@@ -53,7 +53,7 @@ pub(super) struct Minimum {
     pub variance: f64,
     /// D.
     pub dependence: f64,
-    /// The memory of the samples it was found on: on others, what few samples determine might be lost.
+    /// The memory that decided which samples counted. With a longer one, fewer would count, and what only early samples tell would be lost.
     pub memory: usize,
 }
 
@@ -250,12 +250,7 @@ impl<'a> Alternation<'a> {
         if selection.terms.len() < 2 {
             return None;
         }
-        let blocks = Blocks {
-            basis: selection.basis,
-            c: selection.coefficients[1..].to_vec(),
-            linear: self.linear.clone(),
-            offset: self.offset,
-        };
+        let blocks = selection.blocks(&self.linear, self.offset);
         let descended = descend(blocks, observed, &whitening, STEPS);
         let blocks = &descended.blocks;
         self.w = blocks.signal(observed.u);

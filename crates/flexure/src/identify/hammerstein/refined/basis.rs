@@ -1,7 +1,9 @@
 //! The nonlinearity's basis: searched breakpoints, searched cubic knots alone, or evenly placed ones, whichever has the least estimated risk.
 
+use super::blocks::Blocks;
 use super::cells::Cells;
 use super::limits::{CELLS_PER_KNOT, EVEN_KNOTS, GIVEN_COST, GIVEN_MARGIN, JUMP_REACH, NEARLY_SMOOTH, SEARCHED_COST};
+use super::linear_part::LinearPart;
 use super::piecewise::{PiecewiseCubics, Term, powers};
 use super::stepwise::{Costs, OrthogonalFit, stepwise};
 use crate::nonlinearity::spline::{banded::Banded, basis::CubicSplines};
@@ -13,6 +15,19 @@ pub(super) struct Selection {
     pub basis: PiecewiseCubics,
     /// The coefficients of the basis' functions, the first of which is constant.
     pub coefficients: Vec<f64>,
+}
+
+impl Selection {
+    /// The nonlinearity on this basis, before this linear part.
+    pub fn blocks(&self, linear: &LinearPart, offset: f64) -> Blocks {
+        Blocks {
+            basis: self.basis.clone(),
+            // The first function is constant, and its coefficient is part of the offset.
+            c: self.coefficients[1..].to_vec(),
+            linear: linear.clone(),
+            offset,
+        }
+    }
 }
 
 /// Chooses a basis for the regression of the values at the samples `u`, beginning with the terms `start`.
@@ -57,9 +72,10 @@ pub(super) fn selection(cells: &Cells, z: &[f64], terms: &[Term]) -> Selection {
     }
 }
 
-/// The terms without the jumps that a kink's place explains as well.
+/// The terms without the jumps that are not needed because a kink stands beside them.
 ///
-/// Between two values of the input the curve is not seen: j + k (s - t), a jump and a kink there, is the kink k (s - t') at t' = t - j / k.
+/// Between two neighbouring values of the input there are no samples. A jump j and a kink of slope change k at t, both in there, are the same to all
+/// samples as one kink at t - j / k, if that lies in there too.
 fn jumps_joined(cells: &Cells, fit: &OrthogonalFit) -> Vec<Term> {
     let c = fit.solution().coefficients;
     let gap = |at: f64| cells.s.partition_point(|s| *s < at);

@@ -6,8 +6,8 @@
 //! error is that of the place times |k|. The covariance of all parameters then allows for the places, and so do the band and the standard
 //! errors.
 //!
-//! A kink at the wrong place needs a jump beside it. So each such jump is left out in trial, the kinks are moved, and it stays out where that
-//! costs less than a searched function is worth.
+//! A kink at a wrong place needs a jump beside it. So each jump next to a kink is removed on trial, and the kinks are moved. It stays removed if
+//! the squared error rises by less than the cost of a searched function ([`SEARCHED_COST`]).
 
 use super::alternation::Minimum;
 use super::basis::selection;
@@ -15,17 +15,17 @@ use super::blocks::{Blocks, Observed};
 use super::calibrated::Covariance;
 use super::cells::Cells;
 use super::descent::{admissible, descend, step};
-use super::limits::{FIRST_DAMPING, KINK_MOVES, LEAST_FALL, SEARCHED_COST, STEPS};
+use super::limits::{FIRST_DAMPING, KINK_MOVES, LEAST_FALL, SEARCHED_COST, SHARES_OF_STEP, STEPS};
 use super::loss::Equations;
 use super::piecewise::Term;
 use crate::interrupt;
 use crate::sort;
 
-/// The blocks of a minimum with a jump of coefficient 0 at every kink, and the equations there.
+/// The blocks of a minimum, with a jump of coefficient 0 at every kink, and the equations there.
 pub(super) struct WithJumps {
     pub blocks: Blocks,
     pub equations: Equations,
-    /// Of all parameters, those of the jumps too.
+    /// Of all parameters, including the jumps.
     pub covariance: Option<Covariance>,
     pub kinks: Vec<Kink>,
 }
@@ -42,7 +42,8 @@ pub(super) struct Kink {
 }
 
 impl WithJumps {
-    /// With jumps at all kinks whose places the data determine: at no end and no other breakpoint within a standard error.
+    /// With a jump at every kink whose place the data determine: its standard error is smaller than the distance to the next breakpoint or
+    /// end of the data.
     pub fn new(minimum: &Minimum, cells: &Cells, observed: &Observed) -> WithJumps {
         let mut places = movable(&minimum.terms, cells);
         loop {
@@ -122,7 +123,7 @@ fn movable(terms: &[Term], cells: &Cells) -> Vec<(usize, f64)> {
 }
 
 impl Minimum {
-    /// The minimum over the places of the kinks too, without the jumps that these make needless.
+    /// The minimum over the kinks' places as well. Jumps that are then no longer needed are removed.
     pub fn with_kinks_placed(self, cells: &Cells, observed: &Observed) -> (Minimum, WithJumps) {
         let mut best = self.with_kinks_settled(cells, observed);
         'fewer: while !interrupt::requested() {
@@ -141,7 +142,7 @@ impl Minimum {
         best
     }
 
-    /// With all kinks moved until the error hardly falls.
+    /// Moves all kinks until the error falls no more.
     fn with_kinks_settled(mut self, cells: &Cells, observed: &Observed) -> (Minimum, WithJumps) {
         let mut extended = WithJumps::new(&self, cells, observed);
         for _ in interrupt::rounds(KINK_MOVES) {
@@ -152,13 +153,13 @@ impl Minimum {
             if extended.kinks.is_empty() || !(expected > least) {
                 break;
             }
-            let shorter = [1.0, 0.5, 0.25].iter().find_map(|share| {
+            let lower = SHARES_OF_STEP.iter().find_map(|share| {
                 let moved = self.with_kinks_moved(&extended, &step, *share, cells)?;
                 let next = WithJumps::new(&moved, cells, observed);
                 let fall = extended.equations.normal.cost - next.equations.normal.cost;
                 (fall > least).then_some((moved, next))
             });
-            let Some(next) = shorter else { break };
+            let Some(next) = lower else { break };
             (self, extended) = next;
         }
         self.equations = extended.without_jumps();
@@ -175,11 +176,7 @@ impl Minimum {
         if selection.terms.len() < 2 {
             return None;
         }
-        let blocks = Blocks {
-            basis: selection.basis,
-            c: selection.coefficients[1..].to_vec(),
-            ..self.blocks.clone()
-        };
+        let blocks = selection.blocks(&self.blocks.linear, self.blocks.offset);
         let descended = descend(blocks, observed, &self.whitening, STEPS);
         Some(
             self.with(descended.blocks, selection.terms)
@@ -187,7 +184,7 @@ impl Minimum {
         )
     }
 
-    /// With other blocks. The equations, and the memory-removed values, are still those of before.
+    /// The same with other blocks. Its equations and its memory-removed values still belong to the old ones.
     fn with(&self, blocks: Blocks, terms: Vec<Term>) -> Minimum {
         Minimum {
             blocks,
@@ -200,7 +197,8 @@ impl Minimum {
         }
     }
 
-    /// This share of a step of all parameters and of the kinks' places, or so much less that every kink keeps its order.
+    /// Takes this share of a step of all parameters and of the kinks' places. It takes less where a kink would move more than half of the way
+    /// to the next breakpoint.
     fn with_kinks_moved(&self, extended: &WithJumps, step: &[f64], share: f64, cells: &Cells) -> Option<Minimum> {
         let by = |kink: &Kink| -step[kink.parameter] / kink.slope_change;
         let within = |kink: &Kink| 0.5 * room(&self.terms, kink) / by(kink).abs();
@@ -216,7 +214,7 @@ impl Minimum {
             terms[kink.term] = Term::TruncatedPower { at: to, degree: 1 };
         }
         let means = blocks.basis.centre(&cells.s, &cells.count);
-        // Passed on by the linear part, the mean that is taken from phi belongs to the offset.
+        // phi loses its mean, which the output had with the linear part's static gain. The offset gets it.
         let mean: f64 = means.iter().zip(blocks.coefficients()).map(|(m, c)| m * c).sum();
         blocks.offset += mean * blocks.linear.transfer.static_gain();
         admissible(&blocks).then(|| self.with(blocks, terms))
@@ -233,7 +231,7 @@ fn room(terms: &[Term], kink: &Kink) -> f64 {
     distances.fold(f64::INFINITY, f64::min)
 }
 
-/// The jumps next to a kink, as one kink at the wrong place needs them.
+/// The jumps next to a kink.
 fn jumps_beside_kinks(terms: &[Term]) -> Vec<usize> {
     let mut places: Vec<(f64, u8, usize)> = Vec::new();
     for (k, term) in terms.iter().enumerate() {

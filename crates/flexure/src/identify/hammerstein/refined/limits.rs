@@ -118,6 +118,8 @@ pub(super) const MOST_DAMPING: f64 = 1e4;
 
 /// Kinks: moves of all kinks at once. Convention; each is a Gauss-Newton step, and the start is near.
 pub(super) const KINK_MOVES: usize = 3;
+/// Kinks: the shares of a step that are tried until the error falls. Convention.
+pub(super) const SHARES_OF_STEP: [f64; 3] = [1.0, 0.5, 0.25];
 
 /// Result: beyond the data the curve goes on straight where each of its two end pieces has this share of the samples. Convention: the slope
 /// of a piece with a few samples is not known.
