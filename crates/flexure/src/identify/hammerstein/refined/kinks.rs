@@ -6,8 +6,9 @@
 //! error is that of the place times |k|. The covariance of all parameters then allows for the places, and so do the band and the standard
 //! errors.
 //!
-//! A kink at a wrong place needs a jump beside it. So each jump next to a kink is removed on trial, and the kinks are moved. It stays removed if
-//! the squared error rises by less than the cost of a searched function ([`SEARCHED_COST`]).
+//! A kink at a wrong place needs a jump or another kink beside it. So each jump next to a kink is removed on trial, and so is each kink whose place is
+//! not determined. The kinks are moved. The term stays removed if the squared error rises by less than the cost of a searched function
+//! ([`SEARCHED_COST`]).
 
 use super::alternation::Minimum;
 use super::basis::selection;
@@ -89,6 +90,24 @@ impl WithJumps {
         (error.is_finite() && error > 0.0).then_some(error)
     }
 
+    /// Terms that a kink at its best place may replace: the jumps next to a kink, and the kinks whose places are not determined.
+    fn doubtful(&self, terms: &[Term]) -> Vec<usize> {
+        let mut places: Vec<(f64, u8, usize)> = Vec::new();
+        for (k, term) in terms.iter().enumerate() {
+            if let Term::TruncatedPower { at, degree } = *term {
+                places.push((at, degree, k));
+            }
+        }
+        sort::by_key(&mut places, |place| place.0);
+        let is_kink = |i: Option<usize>| i.and_then(|i| places.get(i)).is_some_and(|place| place.1 == 1);
+        let doubtful = |i: &usize| match places[*i].1 {
+            0 => is_kink(i.checked_sub(1)) || is_kink(Some(i + 1)),
+            1 => self.kinks.iter().all(|kink| kink.term != places[*i].2),
+            _ => false,
+        };
+        (0..places.len()).filter(doubtful).map(|i| places[i].2).collect()
+    }
+
     /// The equations of the minimum's own parameters.
     fn without_jumps(&self) -> Equations {
         let jumps = self.kinks.iter().rev().map(|kink| kink.parameter);
@@ -123,12 +142,12 @@ fn movable(terms: &[Term], cells: &Cells) -> Vec<(usize, f64)> {
 }
 
 impl Minimum {
-    /// The minimum over the kinks' places as well. Jumps that are then no longer needed are removed.
+    /// The minimum over the kinks' places as well. Jumps and kinks that are then no longer needed are removed.
     pub fn with_kinks_placed(self, cells: &Cells, observed: &Observed) -> (Minimum, WithJumps) {
         let mut best = self.with_kinks_settled(cells, observed);
         'fewer: while !interrupt::requested() {
-            for jump in jumps_beside_kinks(&best.0.terms) {
-                let Some(other) = best.0.without(jump, cells, observed) else {
+            for term in best.1.doubtful(&best.0.terms) {
+                let Some(other) = best.0.without(term, cells, observed) else {
                     continue;
                 };
                 let risen = other.0.equations.normal.cost - best.0.equations.normal.cost;
@@ -229,18 +248,4 @@ fn room(terms: &[Term], kink: &Kink) -> f64 {
     });
     let distances = others.chain([-1.0, 1.0]).map(|at| (at - kink.at).abs());
     distances.fold(f64::INFINITY, f64::min)
-}
-
-/// The jumps next to a kink.
-fn jumps_beside_kinks(terms: &[Term]) -> Vec<usize> {
-    let mut places: Vec<(f64, u8, usize)> = Vec::new();
-    for (k, term) in terms.iter().enumerate() {
-        if let Term::TruncatedPower { at, degree } = *term {
-            places.push((at, degree, k));
-        }
-    }
-    sort::by_key(&mut places, |place| place.0);
-    let is_kink = |i: Option<usize>| i.and_then(|i| places.get(i)).is_some_and(|place| place.1 == 1);
-    let beside = |i: &usize| places[*i].1 == 0 && (is_kink(i.checked_sub(1)) || is_kink(Some(i + 1)));
-    (0..places.len()).filter(beside).map(|i| places[i].2).collect()
 }
