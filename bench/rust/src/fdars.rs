@@ -1,5 +1,5 @@
 //! The crate fdars-core. Its smoothers sum over all points for every point of evaluation; its bandwidth search
-//! builds the n x n smoothing matrix for every candidate, equally spaced over a range of its own.
+//! builds the n x n smoothing matrix for every candidate, equally spaced over its own range.
 
 use fdars_core::smoothing::{CvCriterion, knn_smoother, local_linear, nadaraya_watson, optim_bandwidth};
 

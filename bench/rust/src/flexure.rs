@@ -151,7 +151,7 @@ fn choose_and_evaluate(rule: BandwidthRule, degree: Degree, data: &Data) -> Resu
     })
 }
 
-/// The estimates of a method without a choice.
+/// The estimates of a method that chooses no parameter.
 fn estimates<E: Estimator + Clone + 'static>(method: E) -> Call {
     Box::new(move |data| {
         Ok(method
@@ -162,7 +162,7 @@ fn estimates<E: Estimator + Clone + 'static>(method: E) -> Call {
     })
 }
 
-/// The estimates of a method that chooses, and what it chose.
+/// The estimates of a method that chooses a parameter, and the chosen value.
 fn chosen<E: Estimator + Clone + 'static>(method: E, choice: fn(&E::Fit) -> String) -> Call {
     Box::new(move |data| {
         let fit = method.clone().fit(&data.columns(), &data.y, None)?;
@@ -173,7 +173,7 @@ fn chosen<E: Estimator + Clone + 'static>(method: E, choice: fn(&E::Fit) -> Stri
     })
 }
 
-/// So many bandwidths from `low` to `high`, evenly spaced in their logarithm.
+/// `count` bandwidths from `low` to `high`, evenly spaced in their logarithm.
 fn log_spaced(low: f64, high: f64, count: usize) -> Vec<f64> {
     let step = (high / low).ln() / count.saturating_sub(1).max(1) as f64;
     (0..count).map(|i| low * (step * i as f64).exp()).collect()

@@ -64,8 +64,8 @@ fn contestant(who: &str, job: &Job) -> Result<Call> {
     }
 }
 
-/// Repeats the call for so long, and at least once: the last outcome, and a line with the least processor and
-/// wall time in seconds, the first call's peak memory in bytes and the chosen parameter.
+/// Repeats the call for `length`, and at least once. Returns the last outcome, and a line with the least processor and wall time in
+/// seconds, the first call's peak memory in bytes and the chosen parameter.
 fn turn(call: &Call, data: &Data, length: Duration) -> Result<(Outcome, String)> {
     let begin = Instant::now();
     let (mut cpu, mut wall) = (f64::INFINITY, f64::INFINITY);

@@ -30,7 +30,7 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// Forgets the peak so far. None where the system does not tell.
+    /// Forgets the peak so far. `None` if the system does not report it.
     pub fn start() -> Option<Memory> {
         // Resets VmHWM (Linux, proc(5)).
         std::fs::write("/proc/self/clear_refs", "5").ok()?;
@@ -39,7 +39,7 @@ impl Memory {
         })
     }
 
-    /// The most that was resident since, above what was at the start; bytes.
+    /// The peak resident memory since the start, less the memory at the start; bytes.
     pub fn peak(self) -> Option<u64> {
         Some(status("VmHWM:")?.saturating_sub(self.before))
     }

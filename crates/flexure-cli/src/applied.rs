@@ -1,4 +1,4 @@
-//! A model on a record: what `predict`, `validate` and `report` begin with.
+//! A model on a record: the first step of `predict`, `validate` and `report`.
 
 use std::path::PathBuf;
 
@@ -33,7 +33,7 @@ pub struct ModelOnRecord {
     reading: Reading,
 }
 
-/// An error of an output that is missing names the option that skips such samples, where there `is_option`, or how to fill them in.
+/// Extends the error about missing outputs: it names the option that skips such samples, if there `is_option`, or says how to fill them in.
 pub fn with_missing(error: anyhow::Error, output: &str, is_option: bool) -> anyhow::Error {
     let is_missing = |cause: &flexure::Error| matches!(cause, flexure::Error::Data(DataError::NonFinite { column, value, .. }) if column == output && value.is_nan());
     match error.downcast_ref() {
@@ -58,8 +58,8 @@ pub struct Applied {
 }
 
 impl ModelOnRecord {
-    /// Reads both. `tables` and `others` are the files that the command will write; `switches` are options of the
-    /// command, where it has them, and become true where they were for the model's record.
+    /// Reads both. `tables` and `others` are the files that the command will write; `switches` are options of the command, if it has them;
+    /// they become true if they were set for the model's record.
     ///
     /// # Errors
     /// For files that cannot be read or written, columns that the record lacks, and another sample time than the model's.

@@ -15,7 +15,7 @@ use flexure_workbench::Named;
 use flexure_workbench::preparation::conversion;
 use flexure_workbench::text::capitalised;
 
-/// What is wrong with a name that none of the choices has; clap refuses such names before this.
+/// The error for an unknown name of a choice; clap refuses such names earlier.
 const NO_SUCH_NAME: Usage = Usage(String::new());
 
 /// The options contradict each other: wrong usage, found only after they were read one by one.
@@ -30,11 +30,11 @@ impl std::fmt::Display for Usage {
 
 impl std::error::Error for Usage {}
 
-/// Whether an error is wrong usage: said so, or a parameter that the library refuses whatever the data, which then came from an option.
+/// Whether an error is wrong usage: declared as such, or a parameter (so one from an option) that the library refuses for any data.
 pub fn is_usage(error: &anyhow::Error) -> bool {
     let refused =
         |error: &flexure::Error| matches!(error, flexure::Error::Parameter(ParameterError::OutOfRange { .. }));
-    // With a file named beside it, it depends on the data.
+    // An error that also names a file depends on the data.
     let alone = error.chain().len() == 1;
     let named = |error: &flexure_io::Error| matches!(error, flexure_io::Error::UnknownExtension { .. });
     let export = |error: &flexure_export::Error| {
@@ -74,7 +74,7 @@ pub fn option(name: &str, value: Option<&str>) -> String {
     }
 }
 
-/// A value that was given, or `None` for `auto`, by which it is chosen from data.
+/// A given value, or `None` for `auto`: the value is then chosen from the data.
 pub type Auto<T> = Option<T>;
 
 /// `auto`, or what `parse` makes of the text.
@@ -181,7 +181,7 @@ pub fn physical(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "expected a positive number from 1e-9 to 1e9".to_owned())
 }
 
-/// A whole number from 0. It counts samples, of which no record has more than [`MOST_SAMPLES`].
+/// A whole number from 0 that counts samples. No record has more than [`MOST_SAMPLES`].
 pub fn count(text: &str) -> Result<usize, String> {
     whole::<0, MOST_SAMPLES>(text)
 }
@@ -197,7 +197,7 @@ pub const MOST_SAMPLES: usize = 1_000_000_000;
 /// A whole number in a range.
 pub fn whole<const LEAST: usize, const MOST: usize>(text: &str) -> Result<usize, String> {
     let count = text.parse().ok().filter(|n| (LEAST..=MOST).contains(n));
-    // That there is an end to the number of samples need only be known beyond it.
+    // Only a number beyond the limit needs the message about the limit.
     let large = text.bytes().all(|b| b.is_ascii_digit()) && text.len() >= MOST.to_string().len();
     count.ok_or_else(|| match MOST == MOST_SAMPLES && !large {
         true => format!("expected a whole number from {LEAST}"),

@@ -16,7 +16,7 @@ pub struct Connected {
 }
 
 impl Connected {
-    /// The columns that the options name; of a record with two signals those that are not named follow: the first is the input,
+    /// The columns that the options name. In a record with two signals, columns that are not named are found: the first is the input,
     /// unless the names are `y` and `u`.
     ///
     /// # Errors

@@ -63,7 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .iter()
         .map(|path| Ok((path.display().to_string(), read_model(path)?)))
         .collect::<Result<_>>()?;
-    // Every model's record may have been read in its own way: what this one takes of it, the first model says.
+    // The models' records may have been read with different options: the first model decides how this record is read.
     let mut switches = Switches {
         missing: arguments.missing,
         robust: arguments.robust,

@@ -21,7 +21,7 @@ use crate::simulate::simulate;
 ///
 /// Both motors of a two-link arm with flexible joints play multisines, and drives and encoders log them with noise. From this log
 /// come the inertias, and of each joint the friction and the stiffness, with bands; the page shows them over the simulated truth. The
-/// identified arm then follows torques that it has not seen, beside the true one. Last, the elbow alone is identified as a chain of
+/// identified arm then follows torques that it has not seen, next to the true one. Last, the elbow alone is identified as a chain of
 /// blocks, from torque to velocity, and refuted: friction is a loop.
 ///
 /// DIR gets arm.toml, log.csv, identified.toml and report.html of both joints; elbow.csv, elbow.json and elbow.html of the elbow alone.
@@ -79,7 +79,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let arm = demo::logged_arm()?;
     write_text(arm_path, preset_text(LOG_PRESET)?)?;
     write_record(log_path, &simulated(&arm)?)?;
-    // From here on, what `flexure joint` does with anybody's log.
+    // The following is what `flexure joint` does with any log.
     let file = read_record(log_path)?;
     let both = spinning("identifying both joints", || BothJoints::identify(&file, &arm))?;
     write_text(identified_path, &both.arm_file()?)?;

@@ -23,7 +23,7 @@ pub struct Experiments {
 }
 
 impl Experiments {
-    /// The `first` record, and those at the paths `others`: the columns that are `connected` of each, and their sample time.
+    /// The `first` record, and those at the paths `others`: from each, the `connected` columns; and their sample time.
     ///
     /// # Errors
     /// Names the record, the column and the line.
@@ -68,7 +68,7 @@ impl Experiments {
     }
 }
 
-/// Refuses several records for what takes one.
+/// Refuses several records for a task that takes only one.
 pub fn refuse(records: usize, task: &Task, other: Option<&'static str>) -> Result<(), Usage> {
     match (records, task.takes_experiments(), other) {
         (..=1, ..) | (_, true, None) => Ok(()),

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use crate::arguments::Usage;
 
-/// Refuses files that cannot be written, before anything is computed: `records` are to be tables, `others` text.
+/// Before anything is computed, refuses files that cannot be written: `records` will be tables, `others` text.
 pub fn prepare<'a>(
     inputs: impl IntoIterator<Item = &'a PathBuf>,
     records: impl IntoIterator<Item = &'a PathBuf>,
@@ -63,7 +63,7 @@ pub fn keep_apart<'a>(
     for path in outputs {
         let place = resolved(path);
         let shown = shown_path(path);
-        // Not for what is no file, such as /dev/null.
+        // Special files, such as /dev/null, may be written.
         if path.exists() && !path.is_file() {
             continue;
         }

@@ -36,7 +36,8 @@ pub struct Arguments {
     /// The format of the table.
     #[arg(long, value_name = "FORMAT", value_parser = ["parquet", "csv"], default_value = "parquet")]
     table: String,
-    /// The most memory that a file may take, for example 8GiB; by default as everywhere, where there is a file a machine divided by the cores.
+    /// The most memory that a file may take, for example 8GiB; by default as in the other commands, divided by the number of cores if each
+    /// machine has a file.
     #[arg(long, value_name = "SIZE", value_parser = arguments::memory)]
     memory: Option<u64>,
     /// Print one JSON object.
@@ -46,7 +47,7 @@ pub struct Arguments {
     of_command: OfCommand,
 }
 
-/// Options of `identify` and `joint`, which read them.
+/// Options that `identify` and `joint` define.
 #[derive(clap::Args)]
 #[command(next_help_heading = "Of every machine (see flexure identify and flexure joint)")]
 struct OfCommand {
@@ -110,7 +111,7 @@ struct OfCommand {
 }
 
 impl OfCommand {
-    /// The command's arguments, as they would be typed; the record's name is that of no file.
+    /// The command's arguments, as they would be typed; the record's name stands for no file.
     fn typed(&self) -> Vec<String> {
         let valued = [
             ("input", &self.input),

@@ -13,8 +13,8 @@ use crate::files::wrote;
 use crate::output::print;
 use crate::reading::HEADING;
 
-/// The groups of options by their long names, which mean the same in all commands. Options of one structure or method, and those of
-/// reading a record, have headings of their own beside their definitions.
+/// The groups of options by their long names, which mean the same in all commands. Options of one structure or method, and those for
+/// reading a record, have their own headings, next to their definitions.
 const GROUPS: [(&str, &[&str]); 8] = [
     (
         "Columns and time",

@@ -104,7 +104,7 @@ enum Unit {
 }
 
 impl Arguments {
-    /// The structure that was given, or the default for so many inputs.
+    /// The structure that was given, or the default for this number of inputs.
     fn structure(&self) -> &'static Structure {
         let several = self
             .input
@@ -113,7 +113,7 @@ impl Arguments {
         self.structure.unwrap_or(if several { &AUTO } else { &HAMMERSTEIN })
     }
 
-    /// What was given that both methods have.
+    /// The given options that both methods have.
     fn shared(&self) -> RefinedHammerstein {
         let calibration = match (self.known.as_slice(), self.unit.unwrap_or(Unit::StaticGain)) {
             ([p, q], _) => Calibration::TwoPoints {
@@ -132,7 +132,7 @@ impl Arguments {
         }
     }
 
-    /// The inputs' columns, where they are named: one, but for a structure with several.
+    /// The inputs' columns, if they are named: one, or several for a structure with several inputs.
     fn inputs(&self) -> Option<Vec<&str>> {
         self.input
             .as_deref()
@@ -142,7 +142,7 @@ impl Arguments {
             })
     }
 
-    /// The options that were given of those that not every structure knows.
+    /// The given options that not every structure knows.
     fn given(&self) -> impl Iterator<Item = &'static str> {
         let given = [
             (self.branches.is_some(), "--branches"),
@@ -170,7 +170,7 @@ impl Arguments {
         Ok((Task { structure, options }, note))
     }
 
-    /// Refuses what no record could make right.
+    /// Refuses options that are wrong for every record.
     pub fn check(&self) -> Result<()> {
         if let Some(inputs) = self.inputs() {
             arguments::distinct_inputs(&inputs, self.output.as_deref())?;
@@ -180,7 +180,7 @@ impl Arguments {
         self.task().map(|_| ())
     }
 
-    /// The model of one record of many: what `--json` prints of it, without lists, and the model file.
+    /// The model of one record of many: the output of `--json` without lists, and the model file.
     pub fn of_file(&self, file: RecordFile) -> Result<Outcome> {
         let (task, _) = self.task()?;
         let (experiments, connected) = self.connected(file, task.skips_missing())?;
@@ -199,12 +199,12 @@ impl Arguments {
         })
     }
 
-    /// The record, or those of several experiments, whose output may miss samples or not; and the columns that are meant.
+    /// Reads the record, or those of several experiments, and finds the columns; `may_miss` allows missing outputs.
     fn read(&self, may_miss: bool) -> Result<(Experiments, Connected)> {
         self.connected(self.reading.read(&self.records[0])?, may_miss)
     }
 
-    /// [`read`](Self::read), of which the first record is there.
+    /// [`read`](Self::read) after its first step: `file` is the first record.
     fn connected(&self, file: RecordFile, may_miss: bool) -> Result<(Experiments, Connected)> {
         let columns = Connected::of_record(&file, self.reading.time_column(), self.inputs(), self.output.as_deref())?;
         check_input_count(self.structure(), columns.inputs.len())?;
@@ -219,7 +219,7 @@ impl Arguments {
         Ok((experiments, columns))
     }
 
-    /// Python code that identifies the same model and writes its page; none for what Python does otherwise.
+    /// Python code that identifies the same model and writes its page; `None` where Python works differently.
     fn python(
         &self,
         file: &RecordFile,

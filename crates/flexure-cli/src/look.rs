@@ -44,7 +44,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// A suggested command as it is typed: with this record, read as it was read here.
+    /// A suggested command as it is typed: for this record, with the reading options of this command.
     fn typed(&self, suggestion: &Suggestion) -> String {
         let options = suggestion.options.iter().cloned().chain(self.reading.given());
         let record = [suggestion.command.into(), self.record.clone().into_os_string()];
@@ -52,7 +52,7 @@ impl Arguments {
     }
 }
 
-/// Lists the topics of a bag of which none was chosen, and what to type next; passes on any other error.
+/// If no topic of a bag was chosen, lists the topics and what to type next. Passes on any other error.
 fn list_topics(arguments: &Arguments, error: anyhow::Error) -> Result<()> {
     let topics = match error.downcast_ref() {
         Some(flexure_io::Error::Topics {

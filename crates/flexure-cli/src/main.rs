@@ -88,7 +88,7 @@ fn threads() {
     let asked = std::env::var("RAYON_NUM_THREADS")
         .ok()
         .and_then(|count| count.parse().ok());
-    // 0: as many as the machine has cores.
+    // 0 means one thread per core.
     let count: usize = asked.unwrap_or(0);
     let pool = || rayon::ThreadPoolBuilder::new().num_threads(count.min(MOST_THREADS));
     // rayon tries to make the global pool only once, so another pool shows first whether threads can be made.
@@ -104,7 +104,7 @@ fn definition() -> clap::Command {
     help::grouped(Cli::command())
 }
 
-/// Prints the help, the version or what is wrong with the arguments.
+/// Prints the help, the version or the error in the arguments.
 fn said(error: &clap::Error) -> ExitCode {
     match error.print() {
         Err(cause) if cause.kind() != std::io::ErrorKind::BrokenPipe => ExitCode::FAILURE,
@@ -124,7 +124,7 @@ fn main() -> ExitCode {
         Err(error) => return said(&error),
     };
     threads();
-    // These read again what they have written, or go on from it.
+    // These commands read their own output files again, or go on from them.
     let one_by_one = matches!(
         given.command,
         Command::App(_) | Command::Demo(_) | Command::Fleet(_) | Command::Study(_)

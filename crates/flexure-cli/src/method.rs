@@ -17,7 +17,7 @@ pub enum MethodName {
     Plain,
 }
 
-/// What only the refined method has.
+/// The options of the refined method alone.
 #[derive(clap::Args)]
 #[command(next_help_heading = "Options of --method refined")]
 pub struct RefinedOptions {
@@ -33,7 +33,7 @@ pub struct RefinedOptions {
     start: Option<EstimatorName>,
 }
 
-/// What only the plain method has.
+/// The options of the plain method alone.
 #[derive(clap::Args)]
 #[command(next_help_heading = "Options of --method plain, which each of them implies")]
 pub struct PlainOptions {

@@ -9,7 +9,7 @@ use flexure_workbench::lines::{Lines, WIDTH};
 
 /// Prints the lines of a result.
 ///
-/// A reader that has gone (`flexure ... | head -1`) has read all that it wanted, which is no error.
+/// A reader that has gone (`flexure ... | head -1`) has read all that it wanted: this is no error.
 ///
 /// # Errors
 /// [`flexure_io::Error::Write`] where the output cannot be written for any other reason.
@@ -48,7 +48,7 @@ fn write_all(out: &mut impl Write, lines: &str) -> Result<()> {
 /// The longest message, characters.
 const LONGEST: usize = 4000;
 
-/// A message as a terminal may have it: whatever a file says, it is short, and has no codes.
+/// A message that is safe for a terminal: short and without control codes, whatever a file contains.
 fn message(text: &str) -> String {
     let text = readable(text);
     match text.char_indices().nth(LONGEST) {
@@ -62,7 +62,7 @@ pub fn print_error(error: &anyhow::Error) {
     let _ = writeln!(io::stderr(), "error: {}", message(&format!("{error:#}")));
 }
 
-/// Prints what the user should know beside the result, where it does not mix with that.
+/// Prints a note for the user to the error stream, so that it does not mix with the result.
 pub fn print_note(note: &str) {
     let _ = writeln!(io::stderr(), "{}", message(note));
 }
@@ -82,7 +82,7 @@ pub fn this_command() -> String {
     command_line(std::env::args_os().skip(1))
 }
 
-/// An argument as a shell takes it: between quotation marks where it has characters of a meaning of their own.
+/// An argument as a shell takes it: in quotation marks if it has characters with a special meaning.
 pub fn quoted(argument: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "_-+=.,:/@%".contains(c);
     if !argument.is_empty() && argument.chars().all(plain) {

@@ -47,7 +47,7 @@ impl PeriodOptions {
             });
             return given.map_or(Ok(None), |usage| Err(usage.into()));
         };
-        // Outputs that are missing leave no spectrum.
+        // With missing outputs there is no spectrum.
         let samples = match (file.finite(input), file.finite(output)) {
             (Ok(samples), Ok(_)) => samples,
             (_, Err(error)) if self.first_given().is_some() => return Err(error.into()),

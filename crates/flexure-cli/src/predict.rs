@@ -41,8 +41,8 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// The measured output: the column that is named, or the model's where the record has it. One that is not named and misses
-    /// samples is written beside the prediction, but not used.
+    /// The measured output: the column that is named, or the model's where the record has it. If it is not named and misses samples, it is
+    /// written next to the prediction, but not used.
     ///
     /// # Errors
     /// Names the file and the line of a sample that is missing in a column that is named; wrong usage where an option needs the output.
@@ -81,7 +81,7 @@ impl Arguments {
 
 /// The measured output of a record, where it has one.
 struct Measured<'a> {
-    /// What is written beside the prediction.
+    /// What is written next to the prediction.
     written: Option<&'a [f64]>,
     /// What the prediction and its fit use: only finite samples.
     used: Option<&'a [f64]>,

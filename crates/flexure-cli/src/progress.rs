@@ -86,7 +86,7 @@ pub fn spinning_through<T: Send>(what: &'static str, work: impl FnOnce(&dyn Fn(&
     })
 }
 
-/// What work says of itself.
+/// The progress that the work reports.
 #[derive(Default)]
 pub struct Reported {
     stage: Mutex<Option<String>>,
@@ -95,23 +95,23 @@ pub struct Reported {
 }
 
 impl Reported {
-    /// So many units of the work are done, of so many in all.
+    /// Reports that `done` of `all` units of the work are done.
     pub fn at(&self, done: usize, all: usize) {
         let [of_done, of_all] = &self.units;
         of_done.store(done, Ordering::Relaxed);
         of_all.store(all, Ordering::Relaxed);
     }
 
-    /// Draws it anew; `step` is how much of the present step is left.
+    /// Draws the progress anew; `step` says how much of the present step is left.
     fn show(&self, what: &str, step: Option<String>, progress: &Progress) {
         let stage = self.stage.lock().ok().and_then(|current| current.clone());
         let [done, all] = self.units.each_ref().map(|units| units.load(Ordering::Relaxed));
-        // Once the time left for all of the work is shown, that of the step is not.
+        // The time left for the step is not shown once that for all of the work is.
         let step = step.filter(|_| done == 0);
         let parts = [Some(what.to_owned()), stage, step];
         let message = parts.into_iter().flatten().collect::<Vec<_>>().join(": ");
         progress.bar.set_message(message);
-        // Before anything is done, nothing is known of what is left.
+        // Before any unit is done, the time left is unknown.
         if done > 0 && progress.bar.length() != Some(1000 * all as u64) {
             progress.bar.set_style(style(true));
             progress.bar.set_length(1000 * all as u64);
@@ -140,7 +140,7 @@ impl Step {
         }
     }
 
-    /// How much is left, once the step has lasted a second and some of it is done.
+    /// How much of the step is left; known after a second, once some of it is done.
     fn left(&mut self, now: Instant, progress: Option<(u64, u64)>) -> Option<String> {
         let (done, all) = progress?;
         if all != self.all || done < self.done {
@@ -175,11 +175,11 @@ pub fn measured<T: Send>(what: &'static str, work: impl FnOnce(&Reported) -> T +
                 std::thread::park_timeout(Duration::from_millis(50));
             }
         });
-        // Also when `work` panics, or the scope would wait for the ticker for ever.
+        // Stops the ticker even if `work` panics; otherwise the scope would wait for it for ever.
         let _stop = ticker.as_ref().ok().map(|ticker| Stop(&done, ticker.thread()));
         match interrupt.watch(|| work(&reported)) {
             Ok(result) => result,
-            // Nobody asks it to: signals end the process.
+            // This work is never asked to stop: signals end the process.
             Err(_) => std::process::exit(1),
         }
     })

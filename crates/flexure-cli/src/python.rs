@@ -11,7 +11,7 @@ use serde_json::json;
 /// The longest header that is looked at, bytes.
 const LONGEST_HEADER: u64 = 1 << 16;
 
-/// A call of a function or a class with the arguments that are given.
+/// A call of a function or a class, with the given arguments.
 pub struct Call {
     name: String,
     arguments: Vec<String>,
@@ -54,13 +54,13 @@ impl Call {
         self
     }
 
-    /// As it is written.
+    /// The call as Python code.
     pub fn text(&self) -> String {
         format!("{}({})", self.name, self.arguments.join(", "))
     }
 }
 
-/// The lines that import what is needed and read the table `record`; `None` where pandas would read another table from the file.
+/// The lines that import the modules and read the table `record`; `None` if pandas would read another table from the file.
 pub fn reading(file: &RecordFile, columns: &[&str]) -> Option<String> {
     let extension = file.path.extension()?.to_str()?.to_ascii_lowercase();
     let reader = match extension.as_str() {
@@ -74,9 +74,9 @@ pub fn reading(file: &RecordFile, columns: &[&str]) -> Option<String> {
     ))
 }
 
-/// Whether the first line names these columns as they are, between commas.
+/// Whether the first line has these columns' exact names, separated by commas.
 fn has_plain_header(path: &Path, columns: &[&str]) -> bool {
-    // A pipe is read once.
+    // A pipe can be read only once.
     if !path.is_file() {
         return false;
     }
@@ -91,7 +91,7 @@ fn has_plain_header(path: &Path, columns: &[&str]) -> bool {
     })
 }
 
-/// The class of a structure with the choices that differ from its own; `None` for those that Python does not have.
+/// The class of a structure, with the options that differ from its defaults; `None` if Python lacks the structure or an option.
 pub fn estimator(structure: &Structure, options: &Options) -> Option<Call> {
     const CLASSES: [(&str, &str); 11] = [
         ("linear", "Linear"),

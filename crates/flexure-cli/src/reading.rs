@@ -21,7 +21,7 @@ pub const SAME_SAMPLE_TIME: f64 = 1e-3;
 /// The heading of the options in [`Reading`], which clap passes on to the options behind them.
 pub const HEADING: &str = "Reading the record";
 
-/// The options that settle what a file of text leaves open.
+/// The options that say how to read a file where the file itself leaves it open.
 #[derive(clap::Args)]
 #[command(next_help_heading = HEADING)]
 pub struct Reading {
@@ -77,10 +77,10 @@ enum Answer {
 /// Extensions of files that have parts, and the options that name one.
 const WITH_PARTS: [&str; 6] = ["mcap", "db3", "h5", "hdf5", "mat", "zst"];
 const OF_PARTS: [&str; 2] = ["topic", "joint"];
-/// So many bytes of a first line are looked at.
+/// The most bytes of a first line that are read.
 const LONGEST_HEAD: u64 = 1 << 16;
 
-/// Whether the first line of a text file names all columns of a model: then no lines stand before them.
+/// Whether the first line of a text file names all columns of a model: the table then begins there.
 fn begins_with_columns(record: &Path, model: &ModelFile) -> bool {
     let regular = record.metadata().is_ok_and(|m| m.is_file());
     let Some(file) = regular.then(|| File::open(record).ok()).flatten() else {
@@ -94,7 +94,7 @@ fn begins_with_columns(record: &Path, model: &ModelFile) -> bool {
     let line = String::from_utf8_lossy(&line);
     let fields = line.split([',', ';', '\t']);
     let fields: Vec<&str> = fields.map(|field| field.trim_matches(['"', ' ', '\r', '\n'])).collect();
-    // Behind a name its unit may stand.
+    // A unit may follow a name.
     let is_called = |field: &str, name: &str| {
         let rest = field.strip_prefix(name);
         rest.is_some_and(|rest| rest.is_empty() || rest.starts_with([' ', '[', '(']))
@@ -108,7 +108,7 @@ fn typed((name, value): (&String, &String)) -> [String; 2] {
     [format!("--{name}"), value.clone()]
 }
 
-/// Options on the output that a model's record may have had, and records like it then have too.
+/// Options on the output. If a model's record was read with them, they apply to further records too.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Switches {
     /// Outputs may be missing.
@@ -153,8 +153,7 @@ impl Reading {
         self.time.as_deref()
     }
 
-    /// The name of the column of the sample instants, which need not be uniform, and the seconds that a unit of it lasts; `signals`
-    /// are the columns in use.
+    /// The name of the column of the sample instants, which need not be uniform, and its unit in s; `signals` are the columns in use.
     ///
     /// # Errors
     /// As [`RecordFile::instants`].
@@ -191,8 +190,8 @@ impl Reading {
         given.collect()
     }
 
-    /// The same with what was given for the model's record where nothing is given for this one; a note says what. `switches` are options of
-    /// the command, where it has them, and become true where they were for the model's record.
+    /// The same, but options that were given only for the model's record are taken from there; a note lists them. `switches` are options of
+    /// the command, if it has them; they become true if they were set for the model's record.
     ///
     /// # Errors
     /// For options in the model file that this version does not know.

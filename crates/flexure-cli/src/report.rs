@@ -43,7 +43,7 @@ pub struct Arguments {
     json: bool,
 }
 
-/// The page of a model on a record, and what it says.
+/// The page of a model on a record, with its main results.
 pub struct Page {
     /// The page.
     pub html: String,

@@ -1,4 +1,4 @@
-//! Signals that end the process: its temporary files, and its commands, go first.
+//! Signals that end the process: first its temporary files are removed and its commands ended.
 
 use std::sync::OnceLock;
 
@@ -14,7 +14,7 @@ pub fn before_end(work: impl Fn() + Send + Sync + 'static) {
     let _ = BEFORE.set(Box::new(work));
 }
 
-/// Ends the process at once on SIGINT, SIGTERM and SIGHUP, as they do by themselves, but without what it was writing.
+/// Ends the process at once on SIGINT, SIGTERM and SIGHUP, as by default, but removes unfinished files.
 pub fn watch() {
     let heard = [SIGINT, SIGTERM, SIGHUP, SIGXFSZ]
         .into_iter()
@@ -22,9 +22,9 @@ pub fn watch() {
     let Ok(mut signals) = Signals::new(heard) else {
         return;
     };
-    // Where there can be no other thread, they end the process by themselves.
+    // If no thread can be started, the signals keep their default effect.
     let _ = std::thread::Builder::new().spawn(move || {
-        // A file that is larger than the system allows is an error of its writing.
+        // A file that is larger than the system allows becomes a write error.
         if let Some(signal) = signals.forever().find(|signal| *signal != SIGXFSZ) {
             if let Some(work) = BEFORE.get() {
                 work();
@@ -35,7 +35,7 @@ pub fn watch() {
     });
 }
 
-/// Whether whoever started the process wants it to ignore this signal, as shells do in the background; only Linux says so.
+/// Whether the parent process set this signal to be ignored, as shells do for background jobs; only Linux tells.
 fn is_ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));

@@ -16,9 +16,9 @@ use crate::files::{prepare, write_text, wrote};
 use crate::output::{print, print_note, this_command};
 use crate::progress::Progress;
 
-/// Measure how fast the estimators converge, beside what theory says.
+/// Measure how fast the estimators converge, and compare with theory.
 ///
-/// Simulates every setting at several numbers of samples, many times, and puts the slope of log error over log n beside the
+/// Simulates every setting at several numbers of samples, many times, and puts the slope of log error over log n next to the
 /// exponent of Theorem 1 (static data), Theorem 2 (Hammerstein data) or of the estimator's own theory. The default takes under a
 /// minute; --full goes up to a million samples, and with --resume can be stopped and continued.
 #[derive(clap::Args)]

@@ -6,8 +6,8 @@ use flexure::nonlinearity::{EstimatorName, Kernel, NamedEstimator, Tuning};
 
 use crate::arguments::{Auto, Usage};
 
-/// The parameter that was given by `--bandwidth` or by `--parameter`, whichever is the estimator's; `None` if neither was.
-/// `option` is what the estimator was chosen by.
+/// The given parameter, from `--bandwidth` or `--parameter`, whichever the estimator has; `None` without either. `option` is the option
+/// that chose the estimator.
 pub fn given(
     option: &str,
     name: EstimatorName,
@@ -37,7 +37,7 @@ pub fn given(
     }
 }
 
-/// Refuses a parameter that the estimator takes of no data.
+/// Refuses a parameter that is invalid for every data set.
 fn check_range(name: EstimatorName, parameter: f64) -> Result<(), Usage> {
     let estimator = NamedEstimator {
         name,

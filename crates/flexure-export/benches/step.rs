@@ -1,4 +1,4 @@
-//! The time of one step of the exported C beside that of Rust's free run: `cargo bench -p flexure-export --bench step`.
+//! The time of one step of the exported C, compared with Rust's free run: `cargo bench -p flexure-export --bench step`.
 //!
 //! One model of each form, 100,000 samples, the least time of 20 runs. C is compiled by `cc -O2`; its times are those of the calls of the step
 //! alone. Rust's free run works block by block on whole signals.

@@ -12,14 +12,14 @@ use minijinja::context;
 use crate::error::{Error, Result};
 use crate::{Artefact, Format, Options, destination, fmu, header_name, name, text};
 
-/// The integrator's step beside the fastest time constant of the arm, from which the comparison starts: convention.
+/// The integrator's first step as a share of the arm's fastest time constant: convention.
 const SHARE: f64 = 0.3;
-/// The speed of the joints up to which that holds, rad/s: convention.
+/// The highest speed of the joints for which that step is chosen, rad/s: convention.
 const SPEED: f64 = 20.0;
-/// The most steps a sample.
+/// The most steps in a sample.
 const MOST_STEPS: u64 = 100_000;
-/// What the exported arm may differ by from the simulated one, of each component's largest value, before its steps are halved: what
-/// the simulation itself leaves at the tolerance of [`to_be_compared`].
+/// If the exported arm differs from the simulated one by more than this share of a component's largest value, its steps are halved. The
+/// error of the simulation itself, at the tolerance of [`to_be_compared`], is of this size.
 const CLOSE: f64 = 1e-10;
 /// How often the steps are halved: convention.
 const HALVINGS: usize = 6;
@@ -46,8 +46,8 @@ pub fn to_be_compared(file: &ArmFile) -> ArmFile {
     exact
 }
 
-/// The files of an arm: C source and header, or an FMU. `record` is a simulation of [`to_be_compared`], driven by torques: the
-/// integrator takes as many steps a sample as make the exported arm move like that.
+/// The files of an arm: C source and header, or an FMU. `record` is a simulation of [`to_be_compared`], driven by torques: the integrator
+/// takes as many steps per sample as the exported arm needs to move in the same way.
 ///
 /// # Errors
 /// As [`export`](crate::export); [`Error::Model`] for another format, for an arm too stiff for its sample time, and for a record that
@@ -98,16 +98,16 @@ pub fn export_arm(file: &ArmFile, record: &Record, out: &Path, options: Options<
     Ok(vec![artefact(path, source), artefact(header, header_text)])
 }
 
-/// How the exported arm moves beside the simulated one.
+/// The exported arm's motion, compared with the simulated one's.
 struct Compared {
     /// The integrator's steps in a sample.
     steps: u64,
-    /// The largest difference of a component of the state, of its largest value.
+    /// The largest difference of a component of the state, as a share of that component's largest value.
     difference: f64,
 }
 
-/// The steps at which the exported arm moves as the simulated one: from those that the fastest time constant asks for, twice as many
-/// as long as that helps.
+/// The number of steps at which the exported arm moves like the simulated one. It starts from the number for the fastest time constant, and
+/// doubles as long as that helps.
 fn compared(arm: &Arm, file: &ArmFile, record: &Record) -> Result<Compared> {
     let enough = (file.run.sample_time * fastest(arm) / SHARE).ceil();
     if !(enough <= MOST_STEPS as f64) {
@@ -143,7 +143,7 @@ fn compared(arm: &Arm, file: &ArmFile, record: &Record) -> Result<Compared> {
             break;
         }
         let next = at(best.steps * 2)?;
-        // Where it is rounding that is left, more steps do not help.
+        // If only rounding errors are left, more steps do not help.
         if !(next.difference < 0.5 * best.difference || best.difference.is_nan()) {
             break;
         }
@@ -192,7 +192,7 @@ fn stepped(arm: &Arm, start: &State, torque: [&[f64]; 2], steps: u64, h: f64) ->
     .collect()
 }
 
-/// What the files say of themselves, a line each.
+/// The description in the files, line by line.
 fn about(file: &ArmFile, compared: &Compared) -> [String; 4] {
     let about = [
         format!("A two-link arm, written by Flexure {}.", ModelFile::CURRENT),
@@ -221,7 +221,7 @@ fn constants(arm: &Arm, file: &ArmFile, steps: u64) -> minijinja::Value {
     let motor = parameters.joints.map(|joint| joint.motor_inertia);
     let coupling = if parameters.parts.coupling { motor[1] } else { 0.0 };
     let geared = rigid && parameters.parts.rotors;
-    // What is added to the links' inertia: the rotors that are geared to it, or less what the motor takes up that turns with it.
+    // What is added to the links' inertia: that of the rotors that are geared to it, less the part that the motor itself takes up.
     let diagonal = match (geared, !rigid && free[1]) {
         (true, _) => motor.map(|j| format!(" + {j:?}")),
         (_, true) => [format!(" - {coupling:?}"), String::new()],
@@ -317,13 +317,13 @@ fn parameters(arm: &Arm) -> Vec<fmu::Parameter> {
     all
 }
 
-/// An upper bound of how fast the arm's motion can change, 1/s: the steepest friction, and the stiffest spring, on the least inertia, beside
-/// the speed of its joints.
+/// An upper bound of how fast the arm's motion can change, 1/s: the steepest friction and the stiffest spring on the least inertia, and in
+/// addition the speed of its joints.
 fn fastest(arm: &Arm) -> f64 {
     let joints = arm.parameters().joints;
     let links = arm.link_dynamics();
     let swing = links.coupling.abs();
-    // Of two links that move, the least eigenvalue of the inertia matrix is at least its determinant by its trace.
+    // For two moving links, the least eigenvalue of the inertia matrix is at least its determinant divided by its trace.
     let trace = links.shoulder + 2.0 * swing + links.elbow;
     let determinant = links.shoulder * links.elbow - links.elbow * links.elbow - swing * swing;
     let link = match joints.map(|joint| joint.locked) {
@@ -341,7 +341,7 @@ fn fastest(arm: &Arm) -> f64 {
             _ => joints[i].motor_inertia,
         };
         let s = arm.stiffness()[i];
-        // The cubic term at a deflection of 0.3 rad, which no drive reaches.
+        // The cubic term at a deflection of 0.3 rad, more than any drive reaches.
         let spring = s.linear + 3.0 * s.cubic * 0.09;
         let rub = slope(arm.friction()[i].0) / link + slope(arm.motor_friction()[i].0) / motor;
         rub + joints[i].damping * (1.0 / link + 1.0 / motor) + (spring * (1.0 / link + 1.0 / motor)).sqrt()

@@ -63,7 +63,7 @@ pub struct Content {
     /// The inputs and the outputs.
     pub inputs: Vec<Variable>,
     pub outputs: Vec<Variable>,
-    /// The numbers of the model that have a meaning of their own.
+    /// The numbers of the model that have their own meaning.
     pub parameters: Vec<Parameter>,
     /// The seconds of a sample.
     pub sample_time: Option<f64>,
@@ -98,7 +98,7 @@ pub enum Nature {
     Static,
     /// The inputs up to the present sample.
     Sampled,
-    /// The state of an arm: they are it.
+    /// The outputs are the state of an arm.
     Arm,
 }
 
@@ -181,7 +181,7 @@ pub fn archive(content: Content, name: &str, about: &[String], fmi: Fmi, compile
     Ok(archive.finish()?.into_inner())
 }
 
-/// The units of an archive, each once, with what they are in those of the SI where that is known.
+/// The units of an archive, each once, with their SI base units if these are known.
 fn units(content: &Content) -> Vec<Value> {
     let variables = content.inputs.iter().chain(&content.outputs);
     let time = (content.nature != Nature::Static && content.sample_time.is_some()).then_some("s");
@@ -264,7 +264,7 @@ fn visible(text: &str) -> String {
     text.chars().map(|c| if allowed(c) { c } else { '_' }).collect()
 }
 
-/// What ties a library to its description: a number made of the model (FNV-1a).
+/// The token that ties a library to its description: a hash of the model (FNV-1a).
 fn token(source: &str, names: &str) -> String {
     let hash = |seed: u64| {
         let bytes = source.bytes().chain(names.bytes());

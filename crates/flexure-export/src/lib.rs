@@ -147,7 +147,7 @@ pub fn export(model: &ModelFile, out: &Path, options: Options<'_>) -> Result<Vec
     })
 }
 
-/// The header beside a C file, and how that includes it.
+/// The header of a C file, and the name under which the file includes it.
 fn header_name(path: &Path) -> Result<(PathBuf, String)> {
     let header = path.with_extension("h");
     let file = header.file_name().unwrap_or_default().to_string_lossy().into_owned();

@@ -135,7 +135,7 @@ impl<'a> Program<'a> {
         self.inputs + self.steps.len() - 1
     }
 
-    /// What happens beyond the ranges of the model's nonlinearities, and to what has no steady state, a sentence each.
+    /// Sentences on what happens beyond the ranges of the model's nonlinearities, and to blocks without a steady state.
     pub fn ranges(&self) -> Vec<String> {
         let steps = self.steps.iter().enumerate();
         steps
@@ -188,7 +188,7 @@ fn range(k: usize, curve: &Curve) -> String {
     )
 }
 
-/// The register of this index, the last one standing for those that are missing.
+/// The register of this index; the last one stands for missing ones.
 fn nth(from: &[usize], i: usize) -> usize {
     from.get(i).or(from.last()).copied().unwrap_or_default()
 }

@@ -17,7 +17,7 @@
 //! linear = 500.0               # a2, N m/rad; nonlinear model
 //! windup = 10.0                # ksw, N m/rad, below `linear`; nonlinear model, default 0
 //! windup_sharpness = 3000.0    # asw, 1/rad^2; where there is a windup
-//! damping = 0.0                # c, N m s/rad, beside the spring; flexible models, default 0
+//! damping = 0.0 # c, N m s/rad, parallel to the spring; flexible models, default 0
 //! friction = [0.5, 150.0, 50.0, 2.0, 100.0, 0.5]   # g1 .. g6 at the link; left out: none
 //! motor_friction = [0.0, 0.0, 0.0, 2.0, 60.0, 1.5]  # g1 .. g6 at the motor; left out: none
 //! locked = false               # true: the joint stays where it starts

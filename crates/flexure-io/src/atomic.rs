@@ -1,4 +1,4 @@
-//! Files that are written whole or not at all.
+//! Files that are written completely or not at all.
 
 use std::cell::RefCell;
 use std::fs::{self, File, Metadata, OpenOptions};
@@ -28,7 +28,8 @@ pub fn write_atomically(
     into_place(path, write).map_err(|source| Error::write(path, source))
 }
 
-/// A file that gets its name when all others are written. It is kept open, and so locked: no other process takes it for one of a dead process.
+/// A file that gets its name when all others are written. It is kept open and so locked, so that no other process takes it for a dead
+/// process's file.
 struct Waiting {
     temporary: Temporary,
     target: PathBuf,
@@ -36,13 +37,13 @@ struct Waiting {
 }
 
 thread_local! {
-    /// What this thread writes [`together`].
+    /// The files that this thread writes [`together`].
     static WAITING: RefCell<Option<Vec<Waiting>>> = const { RefCell::new(None) };
 }
 
 /// Runs `work`, whose writes on this thread by [`write_atomically`] take effect together once it has succeeded; if it fails, every file is
-/// as it was before. Devices and pipes are written at once. All content is on the disk before the first file gets its name; where the system
-/// then refuses a name, the files before it have theirs.
+/// as it was before. Devices and pipes are written at once. All content is on the disk before the first file gets its name. If the system
+/// then refuses a name, the files before it keep theirs.
 ///
 /// ```
 /// # let folder = tempfile::tempdir()?;
@@ -65,7 +66,7 @@ pub fn together<T, E: From<Error>>(work: impl FnOnce() -> std::result::Result<T,
     }
     WAITING.set(Some(Vec::new()));
     let result = work();
-    // What failed is dropped, and with it the temporary files.
+    // After a failure the files are dropped, and with them the temporary files.
     let waiting = WAITING.take().unwrap_or_default();
     let result = result?;
     // Each stays locked until it has its name.
@@ -82,7 +83,7 @@ pub fn together<T, E: From<Error>>(work: impl FnOnce() -> std::result::Result<T,
 
 /// Refuses `path` where [`write_atomically`] would, without writing anything.
 ///
-/// For use before long work whose result goes to `path`; that the disk is full shows only in the end.
+/// For use before long work whose result goes to `path`. A full disk is noticed only at the end.
 ///
 /// # Errors
 /// [`Error::Write`] if `path` is a directory, is read-only or lies in a directory that does not exist or takes no files.
@@ -102,7 +103,7 @@ fn check(path: &Path) -> io::Result<()> {
         Ok(found) if !found.is_file() => Ok(()),
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
         found => match target.parent() {
-            // Whether the folder takes a file is seen by making one.
+            // Making a file is the test whether the folder takes one.
             Some(folder) if folder.as_os_str().is_empty() || folder.is_dir() => {
                 Temporary::beside(&target, found.ok().as_ref()).map(drop)
             }
@@ -123,7 +124,7 @@ pub fn make_folder(path: impl AsRef<Path>) -> Result<()> {
     })
 }
 
-/// The file that a path means: that to which symbolic links lead, be it there or not.
+/// The file that a path means, after following symbolic links; the file need not exist.
 ///
 /// # Errors
 /// For links that lead in a circle.
@@ -146,7 +147,7 @@ fn is_device(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
 }
 
-/// The standard output or error stream, where the path means one of them. A write to it continues behind what the process has written.
+/// The standard output or error stream, where the path means one of them. A write to it is appended to the earlier output of the process.
 fn standard(path: &Path) -> Option<io::Result<File>> {
     #[cfg(unix)]
     {

@@ -1,4 +1,4 @@
-//! What can be wrong with a file, said with the file, the place and the remedy.
+//! Errors of files; each names the file, the place and the remedy.
 //!
 //! File lines and columns are counted from 1, samples from 0.
 
@@ -13,7 +13,7 @@ use crate::topic::Topic;
 /// The result of every fallible function of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// A record that is to be computed takes more memory than there is.
+/// A computed record would take more memory than there is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
     "{rows} rows of {columns} columns take {} of memory with what they are computed from, but half of the free memory is {}; compute fewer rows",
@@ -32,8 +32,8 @@ pub struct NoMemory {
 
 /// What was wrong with a file.
 ///
-/// Every message is complete: it contains what the cause says, which therefore is a plain field and no
-/// [`std::error::Error::source`], or it would be said twice.
+/// Every message is complete: it contains the message of its cause. The cause is a plain field and no [`std::error::Error::source`], so
+/// that it is not printed twice.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -45,7 +45,7 @@ pub enum Error {
         /// What the operating system says.
         cause: io::Error,
     },
-    /// The file cannot be written; nothing of it was left behind.
+    /// The file cannot be written; no part of it was left behind.
     #[error("cannot write {}: {}", shown_path(.path), reason(.cause))]
     Write {
         /// The file.
@@ -137,7 +137,7 @@ pub enum Error {
         /// What is wrong and what to do.
         detail: String,
     },
-    /// What is to be read of a bag is unclear, or not there.
+    /// The part of a bag to be read is unclear, or missing.
     #[error("{}: {problem}; the topics are: {}", shown_path(.path), topic_list(topics))]
     Topics {
         /// The file.
@@ -228,7 +228,7 @@ pub enum LineProblem {
         found: usize,
         /// Columns of the file.
         expected: usize,
-        /// The line on which a table seems to begin that other lines precede.
+        /// The line on which the table seems to begin, if other lines precede it.
         table: Option<u64>,
     },
     /// A field is text where a number should be.
@@ -340,7 +340,7 @@ impl Error {
     pub(crate) fn read(path: &Path, cause: io::Error) -> Self {
         let path = path.to_owned();
         match cause.kind() {
-            // What is packed ends early.
+            // The packed data end early.
             io::ErrorKind::UnexpectedEof => Error::Truncated {
                 path,
                 detail: cause.to_string(),
@@ -364,7 +364,7 @@ impl Error {
         }
     }
 
-    /// Samples that do not serve, where the line is not known.
+    /// Samples that cannot be used, on an unknown line.
     pub(crate) fn data(path: &Path, cause: flexure::Error) -> Self {
         Error::Data {
             path: path.to_owned(),
@@ -382,7 +382,7 @@ fn topic_list(topics: &[Topic]) -> String {
     }
 }
 
-/// The operating system's complaint, in plain English where it is a common one.
+/// The operating system's error, in plain English if it is a common one.
 fn reason(error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::NotFound => "there is no such file or directory".to_owned(),
@@ -400,7 +400,7 @@ fn line_suffix(line: Option<u64>) -> String {
     line.map_or_else(String::new, |line| format!(", line {line}"))
 }
 
-/// The library's message; a NaN of a file may also be a sample that is not there.
+/// The library's message; a NaN of a file may also mean a missing sample.
 fn missing_samples(error: &flexure::Error) -> String {
     match error {
         flexure::Error::Data(DataError::NonFinite { column, sample, value }) if value.is_nan() => {

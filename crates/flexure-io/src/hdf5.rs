@@ -17,14 +17,14 @@ use crate::parquet_file::{exact, quietly};
 use crate::record_file::{Other, RecordFile};
 use crate::text::left_out;
 
-/// Whether a file that begins so is one of HDF5, whose signature may stand behind a block of 512, 1024, 2048, ... bytes.
+/// Whether a file with this start is an HDF5 file. Its signature may follow a block of 512, 1024, 2048, ... bytes.
 pub(crate) fn is_begun(start: &[u8]) -> bool {
     let places = [0].into_iter().chain((9..).map(|power| 1 << power));
     let mut found = places.map_while(|place| start.get(place..));
     found.any(|rest| rest.starts_with(SIGNATURE))
 }
 
-/// The first eight bytes of an HDF5 file, or those behind a block of the user's own.
+/// The first eight bytes of an HDF5 file, or those after a block for the user.
 const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
 /// The deepest groups that are read, against groups that hold themselves: convention.
 const DEEPEST: usize = 16;
@@ -33,7 +33,7 @@ const MOST_VARIABLES: usize = 10_000;
 /// The largest piece that a vector is stored in, bytes.
 const LARGEST_PIECE: usize = 1 << 30;
 
-/// The bytes of a type before what is its own, bytes.
+/// The length of the head that all types have in common, bytes.
 const TYPE_HEAD: usize = 8;
 
 /// Where the bytes come from.
@@ -45,7 +45,7 @@ pub(crate) enum Source {
 /// Reads the vectors of an HDF5 file, or those of one of its groups.
 pub(crate) fn read(budget: &Budget, path: &Path, source: Source, group: Option<&str>) -> Result<RecordFile> {
     let contradictory = "its parts contradict each other; save it again";
-    // The reader checks what it reads; this is for what it may miss.
+    // The reader checks its input; this catches what it may miss.
     quietly(AssertUnwindSafe(|| read_checked(budget, path, source, group)))
         .unwrap_or_else(|_| Err(damaged(path, contradictory.to_owned())))
 }
@@ -119,7 +119,7 @@ impl Reader<'_> {
         }
         for group in groups {
             let name = group.name().rsplit('/').next().unwrap_or_default();
-            // MATLAB keeps in these what cells and objects are made of.
+            // MATLAB keeps the parts of cells and objects in these groups.
             if !name.starts_with('#') {
                 self.group(&group, &format!("{prefix}{name}/"), depth + 1, false)?;
             }
@@ -262,10 +262,10 @@ fn numbers(kind: &Datatype, message: &[u8]) -> std::result::Result<Numbers, &'st
     }
 }
 
-/// Whether numbers of this type are laid out as a processor's are. The library misreads all others.
+/// Whether numbers of this type have the layout that processors use. The library misreads all others.
 ///
 /// Source: "HDF5 File Format Specification" 3.0, section IV.A.2.d: a head with class, flags and size, then bit offset and precision; for
-/// floating point also where exponent and mantissa stand, their sizes, and the exponent's bias.
+/// floating point also the positions and sizes of exponent and mantissa, and the exponent's bias.
 fn fills_its_bytes(message: &[u8]) -> bool {
     let Some(&[class, flags, sign, _, size, 0, 0, 0, 0, 0, precision, 0]) = message.first_chunk::<12>() else {
         return false;
@@ -309,7 +309,7 @@ fn damaged(path: &Path, detail: String) -> Error {
     Error::content(path, "HDF5", detail)
 }
 
-/// What the reader complains of.
+/// The error for a fault that the reader found.
 fn content(budget: &Budget, path: &Path, fault: Fault) -> Error {
     match fault {
         Fault::Io(cause) => Error::read(path, cause),

@@ -209,12 +209,12 @@ fn top_level(cursor: &mut Cursor<'_>) -> Parsed<Option<Variable>> {
         budget,
     };
     let variable = matrix(array).map(Some).map_err(within);
-    // What was unpacked goes now.
+    // The unpacked bytes are freed here.
     budget.give_back(if kind == MI_COMPRESSED { bytes.len() as u64 } else { 0 });
     variable
 }
 
-/// Inside an element whose end is there, an end is a contradiction rather than a truncation.
+/// Inside a complete element, an early end is a contradiction, not a truncation.
 fn within(fault: Fault) -> Fault {
     match fault {
         Fault::Truncated => Fault::Corrupt("lengths that do not fit together"),
@@ -238,7 +238,7 @@ fn inflate(data: &[u8], order: &Cursor<'_>) -> Parsed<Vec<u8>> {
     if order.budget.take(length as u64, "").is_err() || inflated.try_reserve_exact(length).is_err() {
         return Err(too_large);
     }
-    // The length is not trusted: one byte more than it would show that it is too small.
+    // The length is not trusted: one more byte is read, which shows whether it is too small.
     decoder
         .by_ref()
         .take(length as u64 + 1)
@@ -301,7 +301,7 @@ fn matrix(mut cursor: Cursor<'_>) -> Parsed<Variable> {
         });
     }
     let (kind, data) = cursor.element()?;
-    // The values must all be there, so that their number is no mere claim.
+    // All values must be present, so that the declared number is not trusted without proof.
     if cursor.budget.numbers(count.min(data.len()), "").is_err() {
         return Err(Fault::TooLarge("the vector"));
     }
@@ -323,7 +323,7 @@ fn name(cursor: &mut Cursor<'_>) -> Parsed<String> {
 
 /// `count` numbers stored as type `kind`; `None` if one is an integer that f64 cannot hold.
 fn numbers(kind: u32, data: &[u8], count: usize, big_endian: bool) -> Parsed<Option<Vec<f64>>> {
-    /// Decodes numbers of one type, all of which must be there.
+    /// Decodes numbers of one type; all must be present.
     macro_rules! decode {
         ($type:ty, $convert:expr) => {{
             let (values, rest) = data.as_chunks::<{ size_of::<$type>() }>();

@@ -1,7 +1,7 @@
 //! How much memory reading a file may take.
 //!
-//! What a file declares is not trusted: a few kilobytes can claim, or unpack to, any number of samples. Every length is asked for
-//! here before memory is taken for it.
+//! What a file declares is not trusted: a few kilobytes can claim, or unpack to, any number of samples. Before memory is taken, every
+//! length is checked here.
 
 use std::cell::Cell;
 use std::io::{self, Read};
@@ -13,7 +13,7 @@ use crate::error::{Error, NoMemory, Result};
 const MOST: u64 = 4 << 30;
 /// The share of the free memory that a record may take: a comparison of all structures needs sixteen times the record in addition (measured).
 const RECORD_OF_FREE: u64 = 20;
-/// The share that a record which is computed may take, with what it is computed from.
+/// The share of the free memory for a computed record together with its sources.
 const COMPUTED_OF_FREE: u64 = 2;
 /// The longest text of an arm or another small file, bytes.
 pub(crate) const LONGEST_TEXT: u64 = 16 << 20;
@@ -29,7 +29,7 @@ pub(crate) struct Budget<'a> {
 }
 
 impl<'a> Budget<'a> {
-    /// For the record at `path`: as much as was given, or else the usual.
+    /// The budget for the record at `path`: the given memory, or the usual amount.
     pub(crate) fn new(path: &'a Path, given: Option<u64>) -> Self {
         let limit = given.unwrap_or_else(usual_memory);
         Budget {
@@ -42,7 +42,7 @@ impl<'a> Budget<'a> {
     /// Takes `bytes`; `what` needs them.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] if there are not so many left.
+    /// [`Error::TooLarge`] if fewer are left.
     pub(crate) fn take(&self, bytes: u64, what: &str) -> Result<()> {
         match self.left.get().checked_sub(bytes) {
             Some(left) => {
@@ -58,12 +58,12 @@ impl<'a> Budget<'a> {
         self.left.get()
     }
 
-    /// Gives back what was taken for something that is gone.
+    /// Gives back memory that is free again.
     pub(crate) fn give_back(&self, bytes: u64) {
         self.left.set(self.left.get().saturating_add(bytes).min(self.limit));
     }
 
-    /// Takes what so many numbers need.
+    /// Takes the memory for `count` numbers.
     ///
     /// # Errors
     /// As [`take`](Self::take).
@@ -96,7 +96,7 @@ impl<'a> Budget<'a> {
     }
 }
 
-/// The bytes of a file, or of the standard input for `-`, of which there may be only so many.
+/// The bytes of a file, or of the standard input for `-`: at most `limit`.
 ///
 /// # Errors
 /// [`Error::Read`], [`Error::TooLarge`].
@@ -124,8 +124,7 @@ pub fn usual_memory() -> u64 {
     free().map_or(MOST, |free| MOST.min(free / RECORD_OF_FREE))
 }
 
-/// Refuses a record that is to be computed, of so many rows and columns, where half of the free memory does not hold it and what it is
-/// computed from, which is as much again.
+/// Refuses to compute a record of this size if half of the free memory cannot hold both it and its sources, which take as much again.
 ///
 /// # Errors
 /// [`NoMemory`].
@@ -148,10 +147,10 @@ fn fits(rows: usize, columns: usize, free: Option<u64>) -> std::result::Result<(
     }
 }
 
-/// The memory that can be had without taking it from others, where the system says it, bytes.
+/// The memory that is free for use, bytes; `None` if the system does not report it.
 fn free() -> Option<u64> {
     let available = kibibytes_or_bytes(Path::new("/proc/meminfo"), "MemAvailable:");
-    // The process may have a limit of its own (ulimit -v).
+    // The process may have its own limit (ulimit -v).
     let limits = std::fs::read_to_string("/proc/self/limits").unwrap_or_default();
     let limit = limits.lines().find_map(|line| line.strip_prefix("Max address space"));
     let limit = limit.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
@@ -180,7 +179,7 @@ fn of_group() -> Option<u64> {
             ),
             _ => return None,
         };
-        // A limit of those above holds too; within a container, the path may be that outside.
+        // The limits of the groups above hold too. Within a container, the path may be the one outside it.
         let within = Path::new(root).join(path.trim_start_matches('/'));
         let folders = within.ancestors().filter(|folder| folder.starts_with(root));
         folders
@@ -228,7 +227,7 @@ mod tests {
         let refused = fits(1 << 20, 33, Some(gibibyte)).unwrap_err().to_string();
         assert!(refused.contains("528 MiB") && refused.contains("512 MiB"), "{refused}");
         assert!(fits(usize::MAX, usize::MAX, Some(u64::MAX)).is_err());
-        // Where nothing is known, nothing is refused.
+        // If the free memory is unknown, nothing is refused.
         assert!(fits(usize::MAX, 2, None).is_ok());
     }
 }

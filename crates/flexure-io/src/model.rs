@@ -64,8 +64,7 @@ pub struct ModelFile {
     /// What the model was estimated from, for the limits of its residual tests. `None` where they do not allow for its own error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimated: Option<Estimated>,
-    /// How the record was read where its file leaves that open: options of the program by their names. Records like it are read so
-    /// without being told.
+    /// The reading options that the record needed, by the names of the program's options. Similar records are read with them by default.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub reading: BTreeMap<String, String>,
     /// Whether outputs could be missing, as NaN, in the record. They may then be missing in records like it.
@@ -91,7 +90,7 @@ pub struct ModelPath {
     pub blocks: Vec<BlockLabel>,
 }
 
-/// The name of a block, and what is known of it beside the block itself.
+/// The name of a block, and further facts about it that the block itself does not hold.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct BlockLabel {
     /// Its role, for example "front".
@@ -114,7 +113,7 @@ pub struct BlockLabel {
 }
 
 impl ModelFile {
-    /// Whether the model was identified from these samples of a record, or from the record of which they are a whole experiment.
+    /// Whether the model was identified from these samples: they are its record, or a whole experiment of it.
     pub fn was_identified_from(&self, mark: &RecordMark) -> bool {
         self.records.iter().any(|own| own.same_samples(mark))
     }
@@ -122,7 +121,7 @@ impl ModelFile {
     /// This version of Flexure, for [`ModelFile::flexure`].
     pub const CURRENT: &str = env!("CARGO_PKG_VERSION");
 
-    /// What is wrong with the values that their types do not already exclude.
+    /// What is wrong with the values, beyond what their types exclude.
     fn problem(&self) -> Option<String> {
         if let Some(h) = self.sample_time
             && !(h > 0.0 && h.is_finite())
@@ -149,7 +148,7 @@ impl ModelFile {
     }
 }
 
-/// What keeps a block from being simulated.
+/// Why a block cannot be simulated.
 fn block_problem(block: &Block) -> Option<String> {
     match block {
         Block::Static(_) | Block::Surface(_) => None,
@@ -214,7 +213,7 @@ pub fn parse_model(bytes: &[u8], path: &Path) -> Result<ModelFile> {
         path: path.to_owned(),
         problem,
     };
-    // The quoted header of a table.
+    // A quotation mark begins the header of a table.
     if bytes.first() == Some(&b'"') {
         return Err(wrong(
             "not a model file; a command takes the model first, then the record".to_owned(),

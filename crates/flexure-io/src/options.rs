@@ -1,6 +1,6 @@
-//! What settles how a record is read, where the file leaves it open.
+//! Options that say how to read a record where the file itself leaves it open.
 
-/// How a record is read; the default takes everything from the file, and refuses what two readings fit.
+/// How a record is read; the default takes everything from the file, and refuses a file that can be read in two ways.
 ///
 /// ```
 /// # fn main() -> flexure_io::Result<()> {
@@ -29,7 +29,7 @@ pub struct ReadOptions {
     pub skip: u64,
     /// The format of time stamps that are not ISO 8601, such as `%d.%m.%Y %H:%M:%S%.f`.
     pub time_format: Option<String>,
-    /// The topic of a bag; it need not be given where only one can be read, or has the joint. Of an HDF5 file it is a group.
+    /// The topic of a bag; not needed if only one topic can be read, or has the joint. For an HDF5 file it is a group.
     pub topic: Option<String>,
     /// The joint of a topic of `sensor_msgs/JointState`, whose columns are `position`, `velocity` and `effort`; by default all joints.
     pub joint: Option<String>,

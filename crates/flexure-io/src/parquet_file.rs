@@ -32,7 +32,7 @@ const MAGIC: &[u8] = b"PAR1";
 const BATCH: usize = 1 << 16;
 /// Rows written to one row group.
 const ROW_GROUP: usize = 1 << 20;
-/// What is said of metadata that the parquet crate (60.1) asserts otherwise: it panics.
+/// The message for metadata that fail an assertion of the parquet crate (60.1), which then panics.
 const CONTRADICTORY: &str = "its metadata contradict themselves; save it again";
 
 /// Reads the Parquet record `file`.
@@ -96,7 +96,7 @@ fn read_checked<F: ChunkReader + 'static>(budget: &Budget, path: &Path, file: F)
         for (i, kind, mut samples) in signals {
             Interrupt::report(done, parts);
             done += 1;
-            // A declared number is a claim: memory is taken as samples come.
+            // A declared number is not trusted: memory is taken as samples come.
             let allowance = SampleBudget { budget, most: rows };
             let appended = append(&*group, i, kind, &mut samples, &allowance).map_err(content)?;
             match appended.checked(budget, path, &name(i), rows)? {
@@ -131,7 +131,7 @@ fn read_checked<F: ChunkReader + 'static>(budget: &Budget, path: &Path, file: F)
 }
 
 impl Appended {
-    /// Refuses what is too much; what a column is instead of a signal, if it is none.
+    /// Refuses a column that is too large. Returns what a column is instead, if it is no signal.
     fn checked(self, budget: &Budget, path: &Path, name: &str, rows: usize) -> Result<Option<Other>> {
         match self {
             Appended::All => Ok(None),
@@ -140,7 +140,7 @@ impl Appended {
                 let detail = format!("column '{name}' has more than the {rows} samples declared; save it again");
                 Err(damaged(path, detail))
             }
-            // A column with integers that f64 cannot hold is no signal, but harms no other.
+            // A column with integers that f64 cannot hold is no signal, but the other columns can be read.
             Appended::Inexact => {
                 let what = "a column of integers beyond 2^53, which cannot be represented exactly";
                 Ok(Some(Other::new(name.to_owned(), what.to_owned())))
@@ -149,7 +149,7 @@ impl Appended {
     }
 }
 
-/// Refuses columns at places that no file has, and such as unpack to more than there is memory for.
+/// Refuses columns at impossible positions, and those that unpack to more than the memory holds.
 fn check_places(budget: &Budget, path: &Path, group: &dyn RowGroupReader) -> Result<()> {
     for column in group.metadata().columns() {
         let unpacked = u64::try_from(column.uncompressed_size()).unwrap_or(0);
@@ -279,7 +279,7 @@ struct SampleBudget<'a> {
 }
 
 impl SampleBudget<'_> {
-    /// Takes memory for so many more samples.
+    /// Takes memory for `more` samples.
     fn grow(&self, more: usize, samples: &mut Vec<f64>) -> Appended {
         if samples.len().saturating_add(more) > self.most {
             return Appended::TooMany;
@@ -310,7 +310,7 @@ fn append(
     }
 }
 
-/// Whether so many more samples may follow these.
+/// Whether this number of further samples may follow.
 type Allowed<'a> = dyn FnMut(usize, &mut Vec<f64>) -> Appended + 'a;
 
 /// Appends the next samples of a column, at most [`BATCH`], nulls as NaN; `None` at its end.
@@ -320,7 +320,7 @@ fn next(
     samples: &mut Vec<f64>,
     allowed: &mut Allowed,
 ) -> std::result::Result<Option<Appended>, ParquetError> {
-    // The bounds on the integers are what a round trip through f64 keeps.
+    // The integers are bounded so that a round trip through f64 keeps them.
     match (reader, kind) {
         (ColumnReader::BoolColumnReader(r), _) => batch(r, samples, allowed, |v| Some(f64::from(u8::from(*v)))),
         (ColumnReader::Int32ColumnReader(r), Kind::UInt32) => {
@@ -384,7 +384,7 @@ pub(crate) fn write<W: Write + Send>(out: &mut W, record: &Record, header: &[Str
     });
     let fields = fields.collect::<std::result::Result<Vec<_>, ParquetError>>()?;
     let schema = Arc::new(Type::group_type_builder("schema").with_fields(fields).build()?);
-    // Measured signals hardly repeat: a dictionary would be built in vain.
+    // Measured signals hardly repeat values, so a dictionary would not help.
     let properties = WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
         .set_dictionary_enabled(false)

@@ -1,6 +1,6 @@
-//! As much of HTTP/1.1 as the page needs: a request a connection, with a body of a length that is said.
+//! The part of HTTP/1.1 that the page needs: one request per connection, with a body of declared length.
 //!
-//! Nothing that comes in is trusted: there is a longest head, a longest time for it, and a largest number of connections.
+//! No incoming data are trusted: the length of a head, the time for it and the number of connections are limited.
 
 use std::fs::File;
 use std::io::{self, Read, Write};
@@ -17,7 +17,7 @@ const MOST_FIELDS: usize = 64;
 const HEAD: Duration = Duration::from_secs(5);
 /// How long the other side may be silent within a body or an answer.
 const SILENCE: Duration = Duration::from_secs(30);
-/// How long what nobody needs is still read, so that the other side gets the answer.
+/// How long unneeded data are still read, so that the other side gets the answer.
 const LINGER: Duration = Duration::from_secs(10);
 
 /// What is asked for.
@@ -61,7 +61,7 @@ impl Read for Body {
         let most = buffer.len().min(usize::try_from(self.left).unwrap_or(usize::MAX));
         let buffer = &mut buffer[..most];
         if buffer.is_empty() {
-            // It would wait for a byte that does not come.
+            // A further read would wait for a byte that never comes.
             return Ok(0);
         }
         let read = match self.begun.read(buffer)? {
@@ -135,7 +135,7 @@ pub fn serve(listener: &TcpListener, answer: &(dyn Fn(&mut Request) -> Answer + 
     std::thread::scope(|scope| {
         for stream in listener.incoming() {
             let Ok(mut stream) = stream else {
-                // There is no file for it now; it waits.
+                // No file descriptor is free now: wait.
                 std::thread::sleep(Duration::from_millis(50));
                 continue;
             };
@@ -146,7 +146,7 @@ pub fn serve(listener: &TcpListener, answer: &(dyn Fn(&mut Request) -> Answer + 
                 continue;
             }
             let begun = std::thread::Builder::new().spawn_scoped(scope, || {
-                // Who asked may have gone.
+                // The client may have gone.
                 let _ = connection(stream, answer);
                 open.fetch_sub(1, Ordering::Relaxed);
             });
@@ -166,20 +166,20 @@ fn connection(mut stream: TcpStream, answer: &dyn Fn(&mut Request) -> Answer) ->
         Ok(None) => return Ok(()),
         Err(status) => Answer::empty(status).write(&mut stream)?,
     }
-    // Closed with something unread, the connection would take the answer with it.
+    // If the connection were closed with unread data, the answer would be lost.
     stream.shutdown(Shutdown::Write)?;
     let (end, mut buffer) = (Instant::now() + LINGER, vec![0; 64 << 10]);
     while wait_until(&stream, end) && stream.read(&mut buffer)? > 0 {}
     Ok(())
 }
 
-/// Lets a read wait until then at most; false where that has passed.
+/// Limits the wait of a read to `end`; false if `end` has passed.
 fn wait_until(stream: &TcpStream, end: Instant) -> bool {
     let left = end.saturating_duration_since(Instant::now());
     !left.is_zero() && stream.set_read_timeout(Some(left)).is_ok()
 }
 
-/// The request; none where the other side says nothing, and a status where it is none.
+/// The request; `None` if the other side sends nothing, and a status code if what it sends is no request.
 fn read(stream: &TcpStream) -> Result<Option<Request>, u16> {
     let end = Instant::now() + HEAD;
     let mut bytes = Vec::new();

@@ -226,7 +226,7 @@ impl Job {
         self.said.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Notes whether it has ended, and all that it says has come; then keeps what it printed, where that was asked for.
+    /// Notes whether the command has ended and all of its output has arrived. Then keeps what it printed, if that was asked for.
     fn look(&mut self, project: &Project) {
         if self.ended.is_some() {
             return;
@@ -255,7 +255,7 @@ impl Job {
         }
         self.ended = Some(code);
         project.release(self.outputs.values());
-        // Of some, such as the friction at a motor that was not seen, there may be none.
+        // Some files may be missing, such as the friction at a motor that was not measured.
         let header = self.outputs.get("out").and_then(|name| header(name));
         self.outputs.extend(header.map(|name| ("header".to_owned(), name)));
         self.outputs.retain(|_, name| project.open(name).is_some());
@@ -280,7 +280,7 @@ fn promise(project: &Project, wanted: &BTreeMap<String, String>) -> Result<BTree
     }
 }
 
-/// The arguments of the program. All that is no file of the project stands behind an equals sign, and so cannot be another option.
+/// The arguments of the program. Every value that is not a file of the project follows an equals sign, so it cannot be another option.
 fn arguments(project: &Project, request: &Request, outputs: &BTreeMap<String, String>) -> Result<Vec<String>, String> {
     if !COMMANDS.contains(&request.command.as_str()) {
         return Err(format!("there is no command '{}'", request.command));
@@ -330,7 +330,7 @@ fn start(project: &Project, arguments: &[String]) -> Result<(Child, Arc<Mutex<Sa
         let (mut text, mut is_cut) = (Vec::new(), false);
         if let Some(mut out) = out {
             let _ = (&mut out).take(LONGEST).read_to_end(&mut text);
-            // What is beyond is read, so that the command ends, and forgotten.
+            // Output beyond the limit is read, so that the command can end, and dropped.
             is_cut = std::io::copy(&mut out, &mut std::io::sink()).is_ok_and(|beyond| beyond > 0);
         }
         let mut said = theirs.lock().unwrap_or_else(PoisonError::into_inner);

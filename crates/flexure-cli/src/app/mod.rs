@@ -69,7 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let (token, entrance) = (random()?, random()?);
     let page = format!("http://{address}/{token}/");
     let opens = !arguments.no_open && std::io::stdout().is_terminal();
-    // It lives until the process ends.
+    // The app lives until the process ends.
     let app: &'static App = Box::leak(Box::new(App {
         host: address.to_string(),
         token,
@@ -88,7 +88,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         "{page}\nCtrl-C ends the app. Whoever has this address can use it."
     ))?;
     if opens {
-        // The address stands there for who has no browser here. Other users of the machine can see a program's arguments, so this address works only once.
+        // The printed address is for users without a browser on this machine. Other users of the machine can see a program's arguments, so
+        // this address works only once.
         let _ = open::that_detached(format!("http://{address}/{entrance}"));
     }
     http::serve(&listener, &|request| app.answer(request));

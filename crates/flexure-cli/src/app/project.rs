@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 
 /// The longest name of a file, bytes: what file systems take, with room for a number.
 const LONGEST_NAME: usize = 200;
-/// The numbers behind names that are tried.
+/// The largest number that is appended to a name to make it free.
 const MOST_NUMBER: usize = 10_000;
 /// The most bytes of a file that are looked at to tell what it is.
 const BEGINNING: u64 = 4096;
@@ -47,7 +47,7 @@ impl Project {
         }
     }
 
-    /// The file of this name; `None` for what is no name of a file in the folder.
+    /// The file of this name; `None` if the name cannot be that of a file in the folder.
     pub fn path(&self, name: &str) -> Option<PathBuf> {
         let is_plain = |c: char| !(c.is_control() || "/\\:".contains(c));
         let good = !name.is_empty()
@@ -104,7 +104,7 @@ impl Project {
         read.is_ok() && test(&String::from_utf8_lossy(&start))
     }
 
-    /// Names like these, with one number for all, that are neither there nor promised, and now are promised; so are those of headers.
+    /// Reserves free names: `names` with one common number, none of which exists or is promised yet. The names of headers are reserved too.
     pub fn promise(&self, names: &[&str]) -> Option<Vec<String>> {
         let mut promised = self.promised.lock().unwrap_or_else(PoisonError::into_inner);
         let free = |name: &String| {
@@ -170,7 +170,7 @@ fn with_number(name: &str, number: usize) -> String {
     }
 }
 
-/// The header that an export writes beside a C file.
+/// The header that an export writes next to a C file.
 pub fn header(name: &str) -> Option<String> {
     name.strip_suffix(".c").map(|stem| format!("{stem}.h"))
 }

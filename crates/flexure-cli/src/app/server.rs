@@ -13,7 +13,7 @@ use super::http::{Answer, Content, Request};
 use super::jobs::{self, Jobs};
 use super::project::{self, Project, Refusal};
 
-/// The longest request but for an upload, bytes.
+/// The longest request that is not an upload, bytes.
 const LONGEST_REQUEST: u64 = 64 << 10;
 
 /// What the page may do: load its own parts, and show pages of the project in frames.
@@ -129,7 +129,7 @@ impl App {
         }
     }
 
-    /// Whether this is the browser that the app has started, which asks for its address the first time.
+    /// Whether the request is the first one for the entrance address: that of the browser which the app has started.
     fn enters(&self, request: &Request) -> bool {
         let mut entrance = self.entrance.lock().unwrap_or_else(PoisonError::into_inner);
         let asked = request.target.strip_prefix('/').unwrap_or_default();
@@ -140,7 +140,7 @@ impl App {
         enters
     }
 
-    /// Whether a request is of the app's page: one by a name that leads here, or of a page of elsewhere, is not.
+    /// Whether a request comes from the app's own page, not from another site's page or under another host name.
     fn is_own(&self, request: &Request) -> bool {
         let origin = format!("http://{}", self.host);
         request.fields("Host").eq([&*self.host])
@@ -192,7 +192,7 @@ impl App {
     }
 }
 
-/// Compares every byte, so that the time says nothing of where they differ.
+/// Compares every byte, so that the time does not show where they differ.
 fn same(secret: &str, given: &str) -> bool {
     let differences = secret.bytes().zip(given.bytes()).fold(0, |all, (a, b)| all | (a ^ b));
     secret.len() == given.len() && differences == 0

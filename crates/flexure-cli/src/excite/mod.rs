@@ -106,11 +106,11 @@ enum SignalKind {
 /// Absolute values of a joint: its limits, infinite where there is none, or the largest that it reaches.
 #[derive(Debug, Clone, Copy, Default)]
 struct Extremes {
-    /// Of its torque, N m.
+    /// The torque, N m.
     torque: f64,
-    /// Of its distance from the start, rad.
+    /// The distance from the start, rad.
     position: f64,
-    /// Of its velocity, rad/s.
+    /// The velocity, rad/s.
     velocity: f64,
 }
 

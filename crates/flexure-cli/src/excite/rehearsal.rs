@@ -142,7 +142,7 @@ impl Rehearsal {
                 self.cannot.push(format!("{of}{what}"));
             }
         }
-        // Half a sample of a held torque is as it should be.
+        // A held torque is expected to be late by half a sample.
         let worth = |f: &&Finding| !matches!(f, Finding::TorqueDelay { held: true, .. });
         self.cannot
             .extend(axis.link.findings.iter().filter(worth).map(|f| format!("{of}{f}")));

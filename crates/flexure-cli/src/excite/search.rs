@@ -111,7 +111,7 @@ pub fn largest(setup: &Setup, arguments: &Arguments) -> Result<Trial> {
     };
     // The largest scale that was allowed.
     let mut least = [0.0, 0.0];
-    // With the sum of both joints' shares of their nearest limits.
+    // The best trial, with its score: the sum of both joints' shares of their nearest limits.
     let mut best: Option<(f64, Trial)> = None;
     for round in 0..ROUNDS {
         // In thousandths of a round.
@@ -147,7 +147,7 @@ pub fn largest(setup: &Setup, arguments: &Arguments) -> Result<Trial> {
 
 /// The next scale of a signal after one that came to this share of its limit; `least` was allowed before.
 ///
-/// Responses are not proportional to their cause: the way down goes by halves.
+/// The response is not proportional to the signal, so the scale is halved on the way down.
 fn next_scale(scale: f64, least: f64, share: f64, allowed: bool) -> f64 {
     if share > 1.0 + ROUNDING {
         let aimed = scale * (AIM / share).max(0.3);

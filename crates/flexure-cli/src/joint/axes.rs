@@ -89,7 +89,7 @@ pub fn run(arguments: &Arguments, AxisNames(axes): &AxisNames) -> Result<()> {
 }
 
 impl Arguments {
-    /// What is found of the axis in these columns.
+    /// The result for the axis in these columns.
     fn found(&self, file: &RecordFile, names: Names) -> Result<Found> {
         let columns = Columns::new(file, &names)?;
         let joint = identify(columns.log(file, self)?, &self.settings(), file, arguments::option)?;
@@ -117,7 +117,7 @@ impl Names {
         std::iter::once(("torque", &mut self.torque)).chain(others)
     }
 
-    /// Refuses names that would be those of the same column for every axis.
+    /// Refuses names that mean the same column for every axis.
     fn check_patterns(&self) -> Result<(), Usage> {
         let mut given = self.clone();
         match given.columns().find(|(_, name)| !name.contains(AXIS)) {
@@ -128,7 +128,7 @@ impl Names {
         }
     }
 
-    /// The columns of one axis: a rigid one at its motor where the log has no angle of its link.
+    /// The columns of one axis; if the log has no angle of its link, it is a rigid axis at its motor.
     fn of_axis(&self, axis: &str, file: &RecordFile) -> Names {
         let mut own = self.clone();
         for (_, name) in own.columns() {

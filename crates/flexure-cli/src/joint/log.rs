@@ -86,9 +86,9 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// Those that the options name: of an arm where they name two of each kind, separated by a comma.
+    /// The columns that the options name. If they name two of each kind, separated by a comma, the columns are those of an arm.
     ///
-    /// A name that is a column's as a whole is that column's.
+    /// If the whole text is the name of a column, it means that column.
     ///
     /// # Errors
     /// Wrong usage for two columns of one kind and one of another.
@@ -122,7 +122,7 @@ impl Columns {
         Ok(columns)
     }
 
-    /// Refuses a column that is named twice, that of the reference included.
+    /// Refuses a column that is named twice; the reference's column counts too.
     fn check_distinct(&self, reference: Option<&String>) -> Result<(), Usage> {
         let equal = self
             .motor

@@ -113,7 +113,7 @@ pub struct Arguments {
     /// Write the stiffness curve here, as torque and as stiffness over the deflection: .csv or .parquet.
     #[arg(long, value_name = "CURVE.csv", requires = "motor", conflicts_with = "position")]
     stiffness: Option<PathBuf>,
-    /// Write the joint or arm as an arm file here, for `flexure simulate`; beside a single joint, the other joint is locked. An arm
+    /// Write the joint or arm as an arm file here, for `flexure simulate`; with a single joint, the other joint is locked. An arm
     /// file has no gravity and no spring. A constant torque on a rigid axis stands in a comment.
     #[arg(long, value_name = "ARM.toml")]
     arm: Option<PathBuf>,
@@ -198,8 +198,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 }
 
 impl Arguments {
-    /// The joint of one record of many: what `--json` prints of it, without lists but with the parameters of the best forms; and all of
-    /// it.
+    /// The joint of one record of many: the output of `--json` without lists but with the parameters of the best forms; and the whole
+    /// output.
     pub fn of_file(&self, file: &RecordFile) -> Result<Outcome> {
         let names = self.names();
         let log = Columns::new(file, &names)?.log(file, self)?;
@@ -235,7 +235,7 @@ impl Arguments {
         })
     }
 
-    /// Refuses an arm file of a rigid axis with what an arm file cannot have.
+    /// Refuses to write an arm file for a rigid axis with effects that an arm file cannot hold.
     fn refuse_arm_with_extras(&self) -> Result<(), Usage> {
         let term = match (self.gravity, self.spring) {
             (true, _) => "gravity",
@@ -251,7 +251,7 @@ impl Arguments {
         )))
     }
 
-    /// Refuses what is of a single joint, and files of curves that cannot be written.
+    /// Refuses options of a single joint, and files of curves that cannot be written.
     fn check_two_joints(&self) -> Result<()> {
         if self.motor_inertia.is_some() {
             let message = "--motor-inertia is of a single flexible joint; leave it out for a two-link arm, whose motors are identified";
@@ -260,7 +260,7 @@ impl Arguments {
         self.check_numbered(&["1", "2"])
     }
 
-    /// Refuses what the files of these joints would write over, and those that cannot be written.
+    /// Refuses files of these joints that would overwrite others, and those that cannot be written.
     fn check_numbered(&self, joints: &[impl AsRef<str>]) -> Result<()> {
         let pairs = self
             .curve_files()
@@ -356,12 +356,12 @@ impl Arguments {
         }))
     }
 
-    /// The torque on the link's side a unit of the torque column.
+    /// The torque on the link's side for each unit of the torque column.
     fn torque_on_link(&self, file: &RecordFile) -> Result<f64> {
         Ok(self.torque_constant.value(file, "torque-constant")? * self.gear_ratio)
     }
 
-    /// What the arm file says that the log does not show; driven by the record where an arm file can name it.
+    /// What the arm file needs in addition to the log; the record drives the arm if an arm file can name it.
     fn place(&self, columns: &Columns, file: &RecordFile) -> Result<Place> {
         let joint = usize::from(self.arm_joint) - 1;
         let template = self.template.as_ref().map(|path| read_arm(path)).transpose()?;
@@ -378,7 +378,7 @@ impl Arguments {
         })
     }
 
-    /// Adds the names of the files: of an arm as a list, of a single joint one by one.
+    /// Adds the names of the files: a list for an arm, single names for a single joint.
     fn add_files(&self, object: &mut Value, written: &[PathBuf]) {
         if object["joint"] == "two_link_arm" {
             let written = written.iter().map(|path| path.display().to_string());

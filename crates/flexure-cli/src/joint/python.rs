@@ -8,7 +8,7 @@ use super::log::Number;
 use crate::python::{self, Call};
 
 impl Arguments {
-    /// Python code that identifies the same and writes its page; none for what Python does otherwise.
+    /// Python code that identifies the same joint or arm and writes its page; `None` where Python works differently.
     pub(super) fn python(&self, file: &RecordFile, joints: usize, sample_time: f64) -> Option<String> {
         if !self.reading.given().is_empty() || self.gear_ratio != 1.0 {
             return None;

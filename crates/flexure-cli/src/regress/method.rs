@@ -1,4 +1,4 @@
-//! The options as an estimator; what contradicts itself is wrong usage.
+//! The options as an estimator; options that contradict each other are wrong usage.
 
 use flexure::nonlinearity::{EstimatorName, NamedEstimator, Rule, Tuning};
 use flexure::text::counted;
@@ -41,7 +41,7 @@ fn check_grid(arguments: &Arguments) -> Result<(), Usage> {
     }
 }
 
-/// Refuses a robust band for what has none, and options that would do nothing.
+/// Refuses a robust band for an estimator without one, and options without effect.
 fn check_band(arguments: &Arguments, name: EstimatorName) -> Result<(), Usage> {
     use EstimatorName::{Kernel, LocalBandwidth, LocalLinear};
     let kernel = matches!(name, Kernel | LocalLinear | LocalBandwidth);
@@ -65,8 +65,8 @@ fn check_band(arguments: &Arguments, name: EstimatorName) -> Result<(), Usage> {
     Ok(())
 }
 
-/// The estimator. By default local bandwidths where they can be: in one column, unless some option is about one
-/// bandwidth or about refits, which would take long.
+/// The estimator. The default is local bandwidths for one column, unless an option asks for one bandwidth or for refits (these would take
+/// long).
 fn name(arguments: &Arguments) -> EstimatorName {
     let one = arguments.x.len() > 1
         || arguments.bandwidth.is_some()
@@ -79,7 +79,7 @@ fn name(arguments: &Arguments) -> EstimatorName {
     })
 }
 
-/// The columns must differ, and be as many as the estimator takes.
+/// Checks that the columns differ, and that the estimator takes this number of them.
 fn check_columns(arguments: &Arguments, name: EstimatorName) -> Result<(), Usage> {
     let Arguments { x, y, weights, .. } = arguments;
     if x.iter().any(String::is_empty) {

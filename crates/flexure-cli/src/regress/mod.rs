@@ -201,7 +201,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     print_result(&report.summary(), wrote(written))
 }
 
-/// Fits the estimator; a parameter that was given and can be none, whatever the data, is wrong usage.
+/// Fits the estimator; a given parameter that is invalid for any data is wrong usage.
 fn fitted(estimator: NamedEstimator, data: &RegressionData, file: &RecordFile) -> Result<Regression> {
     let fixed = matches!(estimator.tuning, Tuning::Fixed(_));
     Regression::new(estimator, data).map_err(|error| match error {

@@ -14,7 +14,7 @@ use crate::progress::measured;
 /// Points of the curve, unless --grid says otherwise.
 const POINTS: usize = 301;
 
-/// What the options ask for.
+/// The fit that the options ask for.
 fn asked(arguments: &Arguments) -> Result<Streamed, Usage> {
     let [x] = &arguments.x[..] else {
         return Err(Usage("--stream regresses on one column; name one by --x".to_owned()));
@@ -60,7 +60,7 @@ fn is_parquet(arguments: &Arguments) -> bool {
     extension.is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"))
 }
 
-/// An error of a record that is too large names the option that reads it in parts.
+/// Extends the error of a record that is too large: it names the option that reads the record in parts.
 pub fn with_stream(error: anyhow::Error, arguments: &Arguments) -> anyhow::Error {
     match error.downcast_ref() {
         Some(flexure_io::Error::TooLarge { .. }) if is_parquet(arguments) && arguments.x.len() == 1 => {

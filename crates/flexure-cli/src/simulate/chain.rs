@@ -51,7 +51,7 @@ pub struct ChainArguments {
 }
 
 impl ChainArguments {
-    /// An option that was given, which is for chains alone.
+    /// A given option that applies to chains alone.
     pub fn given(&self) -> Option<&'static str> {
         [
             (self.duration.is_some(), "--duration"),
@@ -132,7 +132,7 @@ pub fn run(arguments: &Arguments, chain: &DrivenChain) -> Result<()> {
     let mut options = ChainSimulation::new(chain, duration, sample_time)?;
     start(chain, &given.start, &mut options)?;
     let rows = options.sampling.rows();
-    // The memory is the limit of the samples, and the steps follow them.
+    // Memory limits the number of samples, and the limit of the steps follows from that number.
     let steps = options.tolerances.max_steps.max(STEPS_A_SAMPLE * rows as u64);
     options.tolerances.max_steps = steps;
     check_computed(rows, chain_columns(chain).len())?;

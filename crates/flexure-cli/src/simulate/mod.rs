@@ -111,7 +111,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         write_record(path, &record)?;
         samples = Some((record.len(), record.names().to_vec()));
     }
-    // An arm that cannot be simulated takes no other's place.
+    // An arm that cannot be simulated must not overwrite another file.
     if let Some(path) = &arguments.write_arm {
         write_text(path, &source.text)?;
     }
@@ -143,7 +143,7 @@ pub struct Source {
 }
 
 impl Source {
-    /// That of the file, or of the preset.
+    /// The source from the file, or from the preset.
     pub fn new(path: &Option<PathBuf>, preset: &Option<String>) -> Result<Self> {
         let preset = preset.as_deref().unwrap_or_default();
         Ok(match path {
@@ -169,7 +169,7 @@ pub fn read_arm(path: &Path) -> Result<ArmFile> {
     Source::new(&Some(path.to_owned()), &None)?.arm()
 }
 
-/// Simulates under a progress bar; a record that the excitation names is looked for beside the arm file.
+/// Simulates under a progress bar; a record that the excitation names is looked for in the arm file's folder.
 pub fn simulate(file: &ArmFile, folder: &Path, paths: Paths) -> Result<Record, ArmError> {
     let progress = Progress::new("simulating", file.run.duration);
     let load = |name: &str| read_arm_record(folder, name, paths, &ReadOptions::default());

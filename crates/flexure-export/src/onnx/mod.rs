@@ -98,8 +98,8 @@ impl Graph {
         self.op_with(operation, &[of], &[proto::whole("keepdims", 0)])
     }
 
-    /// The scalar product, added up from the first element on, as Rust does: a sum in another order differs in the last digit, and a
-    /// model that amplifies what it feeds back makes that much more.
+    /// The scalar product, summed from the first element on, as in Rust. A sum in another order differs in the last digit, and a model that
+    /// amplifies its feedback makes that difference large.
     fn dot(&mut self, a: &str, b: &str) -> String {
         let products = self.op("Mul", &[a, b]);
         let axis = self.index(0);
@@ -125,7 +125,7 @@ impl Graph {
         self.op("Min", &[&above, &high])
     }
 
-    /// A state: a vector of doubles that starts at zero; without a length a scalar. `false` for truth values.
+    /// A state: a vector of doubles that starts at zero, or at `false` for truth values; without a length, a scalar.
     fn state(&mut self, kind: Type, length: Option<usize>) -> (String, usize) {
         let bytes = if kind == Type::Bool { 1 } else { 8 } * length.unwrap_or(1);
         let dimensions: Vec<usize> = length.into_iter().collect();

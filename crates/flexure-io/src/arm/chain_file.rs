@@ -50,7 +50,7 @@ use crate::urdf::rotation;
 
 /// Gravity on the ground, z upwards, m/s^2.
 const GROUND: [f64; 3] = [0.0, 0.0, -9.81];
-/// The inertia of a point, as small as a body's may be beside links.
+/// The inertia of a point: the least that a body may have, compared with the links'.
 const POINT: f64 = 1e-12;
 
 #[derive(Deserialize)]
@@ -204,7 +204,7 @@ pub fn chain_of_toml(text: &str, source_name: &str) -> Result<DrivenChain, ArmEr
     DrivenChain::new(chain, &each, rotors).map_err(located)
 }
 
-/// The chain's links, the load as one that is fixed to another.
+/// The chain's links; the load is a link fixed to another one.
 fn parameters(source: &Source, table: &ChainTable, load: Option<Load>) -> Result<ChainParameters, ArmError> {
     let mut links = Vec::with_capacity(table.link.len() + 1);
     for (i, link) in table.link.iter().enumerate() {
@@ -275,7 +275,7 @@ fn inertia(source: &Source, link: &LinkTable, i: usize) -> Result<Option<LinkIne
     }
 }
 
-/// The load, as a link that is fixed to the link it names, else to the last.
+/// The load, as a link that is fixed to the link it names, or to the last one.
 fn load_link(source: &Source, load: Load, links: &[ChainLink]) -> Result<ChainLink, ArmError> {
     let carrier = match &load.link {
         None => links.len().checked_sub(1),

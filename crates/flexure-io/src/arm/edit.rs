@@ -5,13 +5,13 @@ use toml_edit::{Array, DocumentMut, InlineTable, Item, TableLike, TomlError, Val
 
 use super::error::ArmError;
 
-/// The tables that are replaced as a whole: what one kind of excitation has, another refuses.
+/// The tables that are replaced as a whole, since one kind of excitation refuses the keys of another.
 const WHOLE: [&str; 2] = ["excitation", "noise"];
 
 /// The text of an arm file with other values, an object as JSON: `{"run": {"duration": 20}, "arm": {"joint": [{"locked": true}, {}]}}`.
 ///
-/// A table changes in the keys that are given. The excitation and the noise change as a whole. A key whose value is null is taken out. Comments stay,
-/// but for those of what is replaced.
+/// A table changes in the keys that are given. The excitation and the noise change as a whole. A key whose value is null is taken out.
+/// Comments stay, except those of replaced values.
 ///
 /// # Errors
 /// [`ArmError`] for a text that is no TOML, and for changes that are no table of tables or do not fit the text's.
@@ -83,7 +83,7 @@ fn put(table: &mut dyn TableLike, key: &str, change: &Json) -> Result<(), ArmErr
     Ok(())
 }
 
-/// As TOML; `None` for what TOML does not have.
+/// The value in TOML; `None` if TOML has no such value.
 fn value(json: &Json) -> Option<Value> {
     Some(match json {
         Json::Null => return None,
@@ -169,7 +169,7 @@ mod tests {
             message(three),
             "the changed arm: 'joint' is a list of as many tables as the arm has"
         );
-        // What TOML can have but an arm cannot, the arm's own check says.
+        // Keys that TOML allows but an arm does not are refused by the arm's own check.
         let text = with_changes(space_arm(), r#"{"run": {"speed": 1}}"#).unwrap();
         assert!(
             ArmFile::from_toml_str(&text, "arm")

@@ -85,7 +85,7 @@ pub enum Amplitude {
 }
 
 impl<'de> Deserialize<'de> for Amplitude {
-    /// By hand, as serde only says of an untagged value that it matches nothing.
+    /// Written by hand, since serde's only message for an untagged value is that nothing matches.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_any(AmplitudeVisitor)
     }
@@ -127,7 +127,7 @@ impl<'de> Visitor<'de> for AmplitudeVisitor {
 /// | `kind` | | the signal |
 /// | `drive` | all | `"torque"` (N m, default) or `"deflection"` (rad) |
 /// | `joints` | all | the joints that are excited; default: those not locked |
-/// | `seed` | white, multisine, prbs, multilevel | default 1; every joint has its own stream of it |
+/// | `seed` | white, multisine, prbs, multilevel | default 1; every joint has its own random stream |
 /// | `amplitude` | all but zero, record | a number, or one for each joint; required |
 /// | `distribution` | white | `"uniform"` (default) or `"gaussian"` |
 /// | `f_min`, `f_max` | multisine, chirp | Hz; `0 <= f_min < f_max <= 1 / (2 sample_time)`; required |
@@ -140,7 +140,7 @@ impl<'de> Visitor<'de> for AmplitudeVisitor {
 /// | `file` | record | a record with columns `tau1`, `tau2` (or `d1`, `d2`), one row a sample; required |
 ///
 /// All signals are sampled at the run's instants and held in between. Signals without a seed are the
-/// same at both joints but for their amplitude.
+/// same at both joints except for their amplitude.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)] // the table above
@@ -170,7 +170,7 @@ impl Excitation {
         let seeded: &[Kind] = &[White, Multisine, Prbs, Multilevel];
         let sized: &[Kind] = &[White, Multisine, Chirp, Prbs, Multilevel, Step];
         let band: &[Kind] = &[Multisine, Chirp];
-        // Key, whether it is there, the kinds it belongs to, whether these require it.
+        // Key, whether it is given, the kinds it belongs to, whether these require it.
         let keys: [(&str, bool, &[Kind], bool); 12] = [
             ("seed", self.seed.is_some(), seeded, false),
             ("amplitude", self.amplitude.is_some(), sized, true),

@@ -64,7 +64,7 @@ fn default_steps() -> u64 {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Noise {
-    /// The seed; every column has its own stream of it. Default 1.
+    /// The seed; every column has its own random stream. Default 1.
     #[serde(default = "default_seed")]
     pub seed: u64,
     /// Standard deviations by column, in the column's unit.
@@ -272,7 +272,7 @@ impl ArmFile {
         self.arm.joints.map(|j| j.locked)
     }
 
-    /// Checks everything that can be without simulating.
+    /// Checks everything that can be checked without simulating.
     fn check(&self, source: &Source) -> Result<(), ArmError> {
         let arm = Arm::new(self.arm).map_err(|e| source.locate("arm", e))?;
         let options = self.options().map_err(|e| source.locate("run", e))?;
@@ -287,7 +287,7 @@ impl ArmFile {
                 .map_err(|e| source.locate("excitation.drive", e))?;
         }
         for joint in 0..2 {
-            // A few samples show whether the parameters are valid, whatever the duration.
+            // A few samples are enough to show whether the parameters are valid.
             let duration = self.run.sample_time * 8.0;
             let few = Sampling::new(duration.min(self.run.duration), self.run.sample_time);
             let sampling = if self.excitation.kind == Kind::Multisine {

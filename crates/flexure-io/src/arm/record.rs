@@ -19,7 +19,7 @@ pub enum Paths {
 /// Reads the record `name` of an arm file in `folder`.
 ///
 /// # Errors
-/// Says what is wrong. Of a file outside of the folder no message quotes anything.
+/// Says what is wrong. No message quotes the content of a file outside the folder.
 pub fn read_arm_record(
     folder: &Path,
     name: &str,
@@ -48,7 +48,7 @@ pub fn read_arm_record(
     }
 }
 
-/// Whether `name` is relative, and what it means lies below `folder`.
+/// Whether `name` is relative, and its target lies below `folder`.
 pub(super) fn is_below(folder: &Path, name: &Path) -> bool {
     let plain = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
     if !name.components().all(plain) {
@@ -58,14 +58,14 @@ pub(super) fn is_below(folder: &Path, name: &Path) -> bool {
         true => Path::new("."),
         false => folder,
     };
-    // What does not exist is nowhere, and reading it says so.
+    // A file that does not exist passes here; reading it reports the error.
     match (folder.canonicalize(), folder.join(name).canonicalize()) {
         (Ok(folder), Ok(path)) => path.starts_with(folder),
         _ => true,
     }
 }
 
-/// What is wrong, without anything that stands in the file.
+/// What is wrong, without any content of the file.
 fn without_content(error: &Error) -> String {
     match error {
         Error::Read { .. }

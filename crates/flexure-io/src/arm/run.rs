@@ -65,8 +65,8 @@ where
     run_driven(file, [&inputs[0], &inputs[1]], watch)
 }
 
-/// Simulates an arm file under other inputs than its own excitation: torques or deflections, as that says, one sample an
-/// instant of the run for each joint.
+/// Simulates an arm file under other inputs than its own excitation: torques or deflections, as the excitation says, one sample for each
+/// joint at each instant of the run.
 ///
 /// # Errors
 /// [`ArmError::Simulation`], also for samples that do not fit the instants, and [`ArmError::Memory`].

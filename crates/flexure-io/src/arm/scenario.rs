@@ -42,7 +42,7 @@ pub const SCENARIOS: [(&str, &str); 5] = [
     ),
 ];
 
-/// The most seeds and controllers of a scenario, and the most samples of all controllers' first runs together, which are kept: 2 GiB.
+/// The most seeds and controllers of a scenario. The first runs of all controllers are kept, so their samples are limited too: 2 GiB.
 const MOST_SEEDS: usize = 100_000;
 const MOST_CONTROLLERS: usize = 100;
 const MOST_SAMPLES: usize = 10_000_000;
@@ -57,7 +57,7 @@ pub struct Scenario {
     pub body: Body,
     /// The motion.
     pub motion: Motion,
-    /// The rest behind it, s.
+    /// The rest after the motion, s.
     pub hold: f64,
     /// The loop, for the motion and the rest.
     pub options: LoopOptions,
@@ -65,18 +65,18 @@ pub struct Scenario {
     pub seeds: usize,
     /// The controllers, at least one.
     pub controllers: Vec<ControllerTable>,
-    /// The arm files that it names.
+    /// The arm files that the scenario names.
     pub files: Vec<PathBuf>,
 }
 
 /// A motion to follow.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Motion {
-    /// Of the tip.
+    /// A path of the tip.
     Path(TipPath),
-    /// Of the joints.
+    /// Moves of the joints.
     Moves(JointMoves),
-    /// Of a flexible link.
+    /// Commands of a flexible link.
     Commands(ModelResponse),
 }
 
@@ -185,7 +185,7 @@ pub fn scenario_preset_text(name: &str) -> Result<&'static str, ArmError> {
 }
 
 impl Scenario {
-    /// The links from the base to the tip; a flexible link is one, and the second of no length.
+    /// The links from the base to the tip; a flexible link is the first, and the second has length zero.
     pub fn links(&self) -> [Link; 2] {
         self.body.links()
     }
@@ -271,7 +271,7 @@ fn at<T>(source: &Source, table: &str, result: LibraryResult<T>) -> Result<T, Ar
     })
 }
 
-/// The reason against a key of the trajectory that is missing.
+/// The error for a missing key of the trajectory.
 fn missing(source: &Source, key: &str, what: &str) -> ArmError {
     source.value(format!("trajectory.{key}"), format!("missing; {what}"))
 }
@@ -372,7 +372,7 @@ fn side(source: &Source, table: &TrajectoryTable) -> Result<f64, ArmError> {
 
 fn sampling(source: &Source, table: &LoopTable, duration: f64) -> Result<(LoopOptions, usize), ArmError> {
     let options = LoopOptions::new(duration, table.sample_time).map_err(|error| match &error {
-        // The duration is that of the trajectory.
+        // The duration in this error is that of the trajectory.
         Error::Parameter(ParameterError::OutOfRange {
             name,
             value,

@@ -1,10 +1,10 @@
-//! Values in TOML, as serde reads them: what it lets pass, and what it says of them.
+//! Values in TOML that serde reads: stricter checks, and clearer messages.
 
 use flexure::manipulator::Friction;
 use flexure::text::exact;
 use serde::{Deserialize, Deserializer};
 
-/// What serde says of a value, in words for readers, on one line whatever the value is.
+/// Serde's message about a value, in plain words and on one line.
 pub(super) fn plain(message: &str) -> String {
     let message = message.lines().collect::<Vec<_>>().join("; ");
     let message = message
@@ -20,7 +20,7 @@ pub(super) fn plain(message: &str) -> String {
     words.collect::<Vec<_>>().join("`")
 }
 
-/// A list of `N` numbers, and no more: serde alone leaves the rest of a longer one unread.
+/// A list of exactly `N` numbers: serde alone ignores the rest of a longer list.
 pub(super) fn list<'de, D: Deserializer<'de>, T: From<[f64; N]>, const N: usize>(values: D) -> Result<T, D::Error> {
     array(Vec::deserialize(values)?).map(T::from)
 }

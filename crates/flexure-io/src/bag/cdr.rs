@@ -1,7 +1,7 @@
 //! The Common Data Representation of ROS 2's messages.
 //!
-//! Source: OMG, "Extensible and Dynamic Topic Types for DDS" 1.3, section 7.4 (XCDR version 1): a header of four bytes says the
-//! byte order; what follows is aligned to its own size, counted from behind the header.
+//! Source: OMG, "Extensible and Dynamic Topic Types for DDS" 1.3, section 7.4 (XCDR version 1): a header of four bytes gives the byte
+//! order. Each later value is aligned to its own size, counted from the end of the header.
 
 use std::borrow::Cow;
 
@@ -11,7 +11,7 @@ pub(super) type Decoded<T> = Result<T, Fault>;
 
 const ENDS: Fault = Cow::Borrowed("ends too early");
 
-/// The bytes of a message behind its header, and the place of what comes next.
+/// The bytes of a message after its header, and the position of the next value.
 #[derive(Clone)]
 pub(super) struct Cdr<'a> {
     bytes: &'a [u8],
@@ -53,7 +53,7 @@ impl<'a> Cdr<'a> {
         &self.bytes[from.at..self.at]
     }
 
-    /// Where it stands in the alignment by 8 bytes.
+    /// The position modulo the alignment of 8 bytes.
     pub(super) fn phase(&self) -> usize {
         self.at % 8
     }
@@ -110,7 +110,7 @@ impl<'a> Cdr<'a> {
         self.little().map(f64::from_le_bytes)
     }
 
-    /// So many numbers.
+    /// `count` numbers.
     pub(super) fn f64s(&mut self, count: usize) -> Decoded<impl Iterator<Item = f64>> {
         if count > 0 {
             self.align(size_of::<f64>());

@@ -18,7 +18,7 @@ use crate::memory::Budget;
 
 /// What an SQLite file begins with.
 pub(crate) const MAGIC: &[u8] = b"SQLite format 3\0";
-/// The least that a value may have, bytes: the statements themselves are as long.
+/// The least limit of a value's length, bytes: the statements themselves need it.
 const SHORTEST_LIMIT: i32 = 1 << 20;
 /// The bytes of its head.
 const HEAD: u64 = 100;
@@ -77,7 +77,7 @@ impl<'a> Db3<'a> {
 
     fn new(budget: &Budget, path: &'a Path, database: Connection) -> Result<Self> {
         let fail = |error: rusqlite::Error| damaged(path, error);
-        // A column that is computed makes any number of bytes out of none.
+        // A computed column can make any number of bytes, even from an empty file.
         let longest = i32::try_from(budget.left()).unwrap_or(i32::MAX);
         database
             .set_limit(Limit::SQLITE_LIMIT_LENGTH, longest.max(SHORTEST_LIMIT))
@@ -179,7 +179,7 @@ fn check_length(path: &Path, head: &[u8], length: u64) -> Result<()> {
         size => u64::from(size),
     };
     let declared = page * u64::from(pages);
-    // The count of pages is right where the last change was by a program that writes it.
+    // The count of pages is valid only if the program of the last change has written it.
     match changes == valid && length < declared {
         false => Ok(()),
         true => {

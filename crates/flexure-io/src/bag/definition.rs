@@ -1,7 +1,7 @@
 //! The definitions of messages, as ROS 2 writes them into bags.
 //!
-//! Source: "About ROS 2 interfaces", docs.ros.org; the text of a message and those of what it consists of, as
-//! "MCAP: Well-known schema encodings" puts them together (`ros2msg`).
+//! Source: "About ROS 2 interfaces", docs.ros.org; the text of a message and those of its parts, joined as in "MCAP: Well-known schema
+//! encodings" (`ros2msg`).
 
 use std::collections::HashMap;
 
@@ -27,7 +27,7 @@ pub(super) enum Basic {
     Text,
 }
 
-/// What a field holds once.
+/// The kind of one value of a field.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Kind {
     Basic(Basic),
@@ -35,7 +35,7 @@ pub(super) enum Kind {
     Message(String),
 }
 
-/// How often a field holds it.
+/// How many values a field holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Count {
     One,
@@ -51,7 +51,7 @@ pub(super) struct Field {
     pub(super) count: Count,
 }
 
-/// The definition of a message, with those of what it consists of.
+/// The definition of a message, with those of its parts.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Definition {
     pub(super) fields: Vec<Field>,
@@ -67,10 +67,10 @@ pub(super) fn short(name: &str) -> String {
 }
 
 impl Definition {
-    /// The definition of the type `name` from the text beside it, or else from the definitions that are known.
+    /// The definition of the type `name`, from its text if there is one, or from the known definitions.
     ///
     /// # Errors
-    /// What is wrong, completing "its definition ...".
+    /// What is wrong; it completes the sentence "its definition ...".
     pub(super) fn new(name: &str, text: Option<&str>) -> Decoded<Self> {
         let name = short(name);
         let mut parts = parsed("", KNOWN)?;
@@ -90,7 +90,7 @@ impl Definition {
         self.parts.get(name).map_or(&[], Vec::as_slice)
     }
 
-    /// Whether the message is that of this name as it is known.
+    /// Whether the message agrees with the known definition of this name.
     pub(super) fn is_known(&self, name: &str) -> bool {
         let known = parsed("", KNOWN).unwrap_or_default();
         known.get(name) == Some(&self.fields)
@@ -154,7 +154,7 @@ fn parsed(name: &str, text: &str) -> Decoded<HashMap<String, Vec<Field>>> {
     Ok(all)
 }
 
-/// The field of a line, where it is one: not of a comment or a constant.
+/// The field of a line; `None` for a comment or a constant.
 fn field(line: &str, within: &str) -> Decoded<Option<Field>> {
     let line = line.split('#').next().unwrap_or_default().trim();
     let Some((kind, rest)) = line.split_once(char::is_whitespace) else {

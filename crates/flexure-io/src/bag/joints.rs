@@ -3,7 +3,7 @@
 use super::cdr::{Cdr, Decoded};
 use crate::record_file::Other;
 
-/// What a message says of each joint, in its order.
+/// The values of each joint in a message, in this order.
 const KINDS: [&str; 3] = ["position", "velocity", "effort"];
 
 /// The most joints of a message: convention.
@@ -35,7 +35,7 @@ pub(super) fn note_names(mut message: Cdr, known: &mut Vec<String>) -> Decoded<(
 pub(super) struct Joints {
     wanted: Option<String>,
     joints: Vec<Joint>,
-    /// The names of the last message as they stand in it, and whose they are: messages mostly repeat them.
+    /// The bytes of the names in the last message, and their joints: messages mostly repeat them.
     last: Vec<u8>,
     phase: usize,
     order: Vec<Option<usize>>,
@@ -101,10 +101,10 @@ impl Joints {
         Ok(Some(stamp))
     }
 
-    /// Reads the names of a message, of which all must be joints that are known, unless it is the first.
+    /// Reads the names of a message. All must be known joints, unless it is the first message.
     fn read_names(&mut self, message: &mut Cdr) -> Decoded<()> {
         let before = message.clone();
-        // The gap before a text depends on where it stands.
+        // The gap before a text depends on its position.
         let phase = message.phase();
         let mut same = message.clone();
         if self.phase == phase

@@ -1,7 +1,7 @@
-//! The framing of MCAP: records in a row, of which some lie in chunks that may be compressed.
+//! The framing of MCAP: a sequence of records; some of them lie in chunks, which may be compressed.
 //!
-//! Source: "MCAP Format Specification", mcap.dev. Every record is read where it stands, from the first to the last, so that a pipe
-//! will do, and every message has its place in the file.
+//! Source: "MCAP Format Specification", mcap.dev. Records are read in order, from the first to the last, so that a pipe can be read, and
+//! the position of every message is known.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -24,7 +24,7 @@ const CHANNEL: u8 = 4;
 const MESSAGE: u8 = 5;
 const CHUNK: u8 = 6;
 
-/// An MCAP file, read from its beginning whenever it is asked for its messages.
+/// An MCAP file; every pass through its messages reads it from its beginning.
 pub(super) struct Mcap<'a, F> {
     budget: &'a Budget<'a>,
     path: &'a Path,
@@ -240,7 +240,7 @@ impl<R: Read, F: FnMut() -> Result<R>> Bag for Mcap<'_, F> {
     }
 }
 
-/// Reads so many bytes; says whether they were there. Memory is taken as they come.
+/// Reads `count` bytes, and returns whether there were as many. Memory is taken as they come.
 fn fill(path: &Path, input: &mut impl Read, bytes: &mut Vec<u8>, count: u64) -> Result<bool> {
     bytes.clear();
     let read = input.take(count).read_to_end(bytes);
@@ -248,7 +248,7 @@ fn fill(path: &Path, input: &mut impl Read, bytes: &mut Vec<u8>, count: u64) -> 
     Ok(bytes.len() as u64 == count)
 }
 
-/// All that a decoder gives, and one byte more than it should at most.
+/// All bytes of a decoder, but at most one more than `size`.
 fn all_of(decoder: impl Read, size: u64) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     decoder.take(size.saturating_add(1)).read_to_end(&mut bytes)?;
@@ -281,7 +281,7 @@ impl<'a> Fields<'a> {
         self.array().map(u64::from_le_bytes)
     }
 
-    /// A text, or the bytes of a schema, which in the languages that are read are text.
+    /// A text, or the bytes of a schema; these are text in the languages that are read.
     fn text(&mut self) -> Option<String> {
         let length = self.u32()? as usize;
         Some(String::from_utf8_lossy(self.bytes(length)?).into_owned())

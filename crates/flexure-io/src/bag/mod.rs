@@ -1,7 +1,7 @@
 //! Records from the bags of ROS 2: MCAP and SQLite (`.db3`).
 //!
-//! A record is one topic: of `sensor_msgs/JointState`, whose joints have names, or of a message of plain numbers. A message that
-//! cannot be read is an error with its topic and its place, never a sample that is not there.
+//! A record is one topic: of `sensor_msgs/JointState`, whose joints have names, or of a message of plain numbers. A message that cannot be
+//! read is an error with its topic and its place, never a missing sample.
 
 mod cdr;
 mod db3;
@@ -28,7 +28,7 @@ use table::Table;
 pub(crate) use db3::MAGIC as DB3;
 pub(crate) use mcap::MAGIC as MCAP;
 
-/// What a text or message that Zstandard packed begins with.
+/// The first bytes of a text or message that Zstandard has packed.
 pub(crate) const ZSTD: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 /// The message whose joints have names.
 const JOINT_STATE: &str = "sensor_msgs/JointState";
@@ -51,7 +51,7 @@ impl std::fmt::Display for Place {
     }
 }
 
-/// What a bag says of a topic's messages.
+/// What a bag says about a topic's messages.
 #[derive(Debug, Clone)]
 struct Channel {
     topic: String,
@@ -125,15 +125,15 @@ type Each<'e> = dyn FnMut(&Channel, &Message) -> Result<()> + 'e;
 
 /// A file of messages.
 trait Bag {
-    /// Goes through the messages, of each topic in the order in which they stand; of the others than the one that is wanted there may
-    /// be none.
+    /// Goes through the messages; those of one topic come in their order in the file. With a `wanted` topic, messages of others may be left
+    /// out.
     fn each(&mut self, wanted: Option<&str>, each: &mut Each) -> Result<()>;
 
-    /// The topics of a file that was gone through.
+    /// The topics of the file, after a pass through it.
     fn channels(&mut self) -> Result<Vec<Channel>>;
 }
 
-/// The only file of a bag's folder; none where `path` is no folder with files of bags.
+/// The only file of a bag's folder; `None` if `path` is no folder with files of bags.
 ///
 /// # Errors
 /// For a folder with several.
@@ -222,7 +222,7 @@ fn read(budget: &Budget, path: &Path, options: &ReadOptions, bag: &mut dyn Bag) 
     }
 }
 
-/// The name of the topic that alone has messages of numbers, and this joint.
+/// The name of the only topic that has messages of numbers and, if a joint is given, this joint.
 fn the_only_topic(path: &Path, joint: Option<&str>, topics: Vec<Topic>) -> Result<String> {
     let fits = |topic: &&Topic| {
         let has = joint.is_none_or(|joint| topic.joints.iter().any(|own| own == joint));
@@ -238,7 +238,7 @@ fn the_only_topic(path: &Path, joint: Option<&str>, topics: Vec<Topic>) -> Resul
     Err(refused(path, choose, problem, topics))
 }
 
-/// Why nothing was read of a topic.
+/// Why no messages of a topic were read.
 fn nothing_of(path: &Path, topic: &str, joint: Option<&str>, topics: Vec<Topic>) -> Error {
     let there = topics.iter().find(|own| own.name == topic);
     let problem = match (there, joint) {

@@ -7,7 +7,7 @@ use super::definition::{Basic, Count, Definition, Field, HEADER, Kind};
 use crate::parquet_file::exact;
 use crate::record_file::Other;
 
-/// The most columns of a topic: beyond it, it is a map or an image. Convention.
+/// The most columns of a topic: one with more is a map or an image. Convention.
 const MOST_COLUMNS: usize = 1000;
 
 /// The columns of a topic.
@@ -73,7 +73,7 @@ impl Numbers {
         Ok(stamp)
     }
 
-    /// The columns, and what is none.
+    /// The columns, and the fields that are no columns.
     pub(super) fn finish(mut self) -> (Vec<(String, Vec<f64>)>, Vec<Other>) {
         self.inexact.sort_unstable();
         self.inexact.dedup();
@@ -86,7 +86,7 @@ impl Numbers {
     }
 }
 
-/// The way through one message.
+/// A walk through one message.
 struct Walk<'a, 'm> {
     definition: &'a Definition,
     header: Option<&'a str>,
@@ -95,7 +95,7 @@ struct Walk<'a, 'm> {
     values: Vec<f64>,
     lengths: Vec<usize>,
     inexact: &'a mut Vec<usize>,
-    /// Of the first message: the path to here, the columns' names, and what is no column.
+    /// For the first message: the path to here, the columns' names, and the fields that are no columns.
     names: Option<(String, Vec<String>, &'a mut Vec<Other>)>,
 }
 
@@ -134,7 +134,7 @@ impl<'a> Walk<'a, '_> {
             Count::Fixed(count) => count,
             Count::Any => self.cdr.length()?,
         };
-        // Images and the like; their lengths may change.
+        // Bytes, such as those of images; their lengths may change.
         if field.kind == Kind::Basic(Basic::U8) {
             self.cdr.take(count)?;
             self.other("bytes");

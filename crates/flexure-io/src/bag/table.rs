@@ -16,7 +16,7 @@ const TIME: &str = "t";
 
 /// The samples of a topic.
 pub(super) struct Table {
-    /// That of its first message.
+    /// The channel of the topic's first message.
     channel: Channel,
     columns: Columns,
     logged: Vec<i64>,
@@ -31,7 +31,7 @@ enum Columns {
 }
 
 impl Table {
-    /// Of a topic whose messages are like those of `channel`.
+    /// An empty table for a topic whose messages are like those of `channel`.
     ///
     /// # Errors
     /// Why it cannot be read.
@@ -57,10 +57,10 @@ impl Table {
         })
     }
 
-    /// Whether the messages of a channel are like those before.
+    /// Whether the messages of a channel are like the earlier ones.
     ///
     /// # Errors
-    /// What differs, completing "the message ...".
+    /// What differs; it completes the sentence "the message ...".
     pub(super) fn accepts(&self, channel: &Channel) -> Decoded<()> {
         let own = &self.channel;
         if own.kind != channel.kind {
@@ -76,7 +76,7 @@ impl Table {
         self.logged.is_empty()
     }
 
-    /// What the next message takes.
+    /// The memory that the next message takes.
     pub(super) fn bytes(&self) -> u64 {
         let columns = match &self.columns {
             Columns::Joints(joints) => joints.width(),
@@ -101,7 +101,7 @@ impl Table {
         Ok(())
     }
 
-    /// The record, and what is noted of it; the topic too where it was not given.
+    /// The record with its notes; with `note_topic`, the chosen topic is noted too.
     pub(super) fn finish(self, path: &Path, topic: &str, note_topic: bool) -> Result<RecordFile> {
         let (mut columns, others) = match self.columns {
             Columns::Joints(joints) => joints.finish(),
@@ -114,7 +114,7 @@ impl Table {
         if self.passed > 0 {
             notes.push(format!("{} messages without this joint are passed over", self.passed));
         }
-        // A stamp that nobody set is zero.
+        // A stamp that was never set is zero.
         let stamped = self.stamps.iter().any(|stamp| stamp.is_some_and(|stamp| stamp != 0));
         let mut instants: Vec<i64> = match stamped {
             true => self.stamps.into_iter().map(Option::unwrap_or_default).collect(),

@@ -1,4 +1,4 @@
-//! What record a model was identified from, so that its own data are not mistaken for fresh ones.
+//! Marks of the records that a model was identified from, so that its own data are not taken for fresh data.
 
 use flate2::Crc;
 use flexure::Record;

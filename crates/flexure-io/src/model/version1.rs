@@ -18,7 +18,7 @@ struct Version1 {
     flexure: String,
     structure: String,
     method: String,
-    /// Of several, all names separated by commas.
+    /// The input's name; several names are separated by commas.
     input: String,
     output: String,
     #[serde(default)]
@@ -76,7 +76,7 @@ fn offset(curve: &Curve) -> Option<f64> {
     (first && y[1] == x[1] + y[0]).then(|| y[0])
 }
 
-/// A block whose last line of slope 1, where there is one, is an offset.
+/// The block, with a last straight line of slope 1 replaced by an offset.
 fn with_offsets(block: Block) -> Block {
     let Block::Series(mut blocks) = block else {
         return block;
@@ -91,7 +91,7 @@ fn with_offsets(block: Block) -> Block {
     Block::Series(blocks)
 }
 
-/// The names of the blocks of every path, with what the file says of each elsewhere.
+/// The names of the blocks of every path, with the facts about each from elsewhere in the file.
 fn paths(block: &Block, inputs: &[String], structure: &str, identification: &Value) -> Vec<ModelPath> {
     let branches = match block {
         Block::Parallel(branches) | Block::Inputs(branches) => Some(branches),
@@ -143,7 +143,7 @@ fn curve_lists(identification: &Value, name: &str) -> Vec<Vec<f64>> {
     vec![numbers(first), numbers(identification.get(format!("output_{name}")))]
 }
 
-/// The numbers of a list; none where its values are no numbers.
+/// The numbers of a list; empty if a value is no number.
 fn numbers(list: Option<&Value>) -> Vec<f64> {
     let list = list.and_then(Value::as_array);
     list.map_or_else(Vec::new, |l| l.iter().filter_map(Value::as_f64).collect())

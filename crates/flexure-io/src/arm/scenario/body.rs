@@ -115,7 +115,7 @@ impl Body {
     }
 }
 
-/// The flexible link of a table; what is left out is as in `known`, or refused without that.
+/// The flexible link of a table. Missing values are taken from `known`; without it, they are refused.
 fn link(
     source: &Source,
     table: &str,
@@ -138,7 +138,7 @@ fn link(
     at(source, table, FlexibleLink::new(&parameters)).map(|_| parameters)
 }
 
-/// The arm that a table names, with what it changes.
+/// The arm that a table names, with the changes in that table.
 fn arm(source: &Source, table: &str, choice: &BodyTable, folder: &Path) -> Result<ArmParameters, ArmError> {
     let key = |name: &str| format!("{table}.{name}");
     let Some(name) = &choice.arm else {

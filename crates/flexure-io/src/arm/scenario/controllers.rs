@@ -9,7 +9,7 @@ use super::super::file::Source;
 use super::super::values::of_joints;
 use super::Body;
 
-/// Characters of a name: rows of a table have it at their start.
+/// The most characters of a name: rows of a table begin with it.
 const LONGEST_NAME: usize = 60;
 
 /// The kinds of controllers.
@@ -52,7 +52,7 @@ impl ControllerKind {
         }
     }
 
-    /// Whether it controls such a body.
+    /// Whether it can control this body.
     fn controls(self, body: &Body) -> bool {
         match body {
             Body::Arm { .. } => self != ControllerKind::ModelReference,
@@ -66,7 +66,7 @@ impl ControllerKind {
     }
 }
 
-/// The ways to a state.
+/// The estimators of the state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Default)]
 #[serde(rename_all = "kebab-case")]
 pub enum EstimatorKind {
@@ -75,7 +75,7 @@ pub enum EstimatorKind {
     Exact,
     /// Filtered differences of all encoders.
     Differences,
-    /// Of the motors' alone.
+    /// Filtered differences of the motors' encoders alone.
     MotorDifferences,
     /// The extended Kalman filter, from the motors' encoders.
     Ekf,
@@ -131,12 +131,12 @@ pub struct ControllerTable {
     /// The input shaper.
     #[serde(default, deserialize_with = "shaper")]
     pub shaper: Option<Shaper>,
-    /// The way to a state.
+    /// The estimator of the state.
     #[serde(default)]
     pub estimator: EstimatorKind,
     /// The cut-off of differences, Hz; default 10.
     pub cut_off: Option<f64>,
-    /// The standard deviation of the torques' noise that a filter reckons with, N m; default that of the loop.
+    /// The standard deviation of the torques' noise that a filter assumes, N m; default that of the loop.
     pub torque_noise: Option<f64>,
 }
 
@@ -149,7 +149,7 @@ fn shaper<'de, D: serde::Deserializer<'de>>(text: D) -> Result<Option<Shaper>, D
         .ok_or_else(|| serde::de::Error::custom(format!("no shaper '{name}'; the shapers are: {names}")))
 }
 
-/// Checks the keys of a controller, and gives it a name of its own.
+/// Checks the keys of a controller, and gives it a unique name.
 pub(super) fn complete(
     source: &Source,
     body: &Body,
@@ -175,7 +175,7 @@ pub(super) fn complete(
     }
 }
 
-/// A key that cannot be so, and why.
+/// A wrong key, and why it is wrong.
 type Problem = (&'static str, String);
 
 impl ControllerTable {
@@ -187,12 +187,12 @@ impl ControllerTable {
         parts.into_iter().flatten().collect::<Vec<_>>().join(" ")
     }
 
-    /// The reason against a key that the kind does not have.
+    /// The error for a key that the kind does not have.
     fn no_such_key(&self) -> String {
         format!("the kind \"{}\" has no such key; leave it out", self.kind.name())
     }
 
-    /// What does not control this body.
+    /// The problem of a controller or an estimator that cannot work on this body.
     fn problem_with_body(&self, body: &Body) -> Option<Problem> {
         let (these, own) = match body {
             Body::Arm { .. } => ("two-link arms", "all kinds but \"model-reference\""),
@@ -271,7 +271,7 @@ impl ControllerTable {
     }
 }
 
-/// Why a controller cannot be called so beside these others; `None` where it can.
+/// Why a controller cannot have this name in addition to the others; `None` if it can.
 pub fn unusable_name<'a>(name: &str, mut others: impl Iterator<Item = &'a str>) -> Option<String> {
     if name.chars().count() > LONGEST_NAME || name.chars().any(char::is_control) {
         return Some(format!("a name has at most {LONGEST_NAME} characters, all in one line"));
