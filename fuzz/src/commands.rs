@@ -1,4 +1,4 @@
-//! What the program is run with: columns, arguments and files.
+//! Inputs for runs of the program: columns, arguments and files.
 
 use rand::RngExt;
 use rand_pcg::Pcg64;
@@ -78,8 +78,8 @@ pub const ARGUMENTS: [&str; 22] = [
     "joint s.csv --motor u0 --link u1 --torque y --motor-friction out.csv --arm out.toml --json",
 ];
 
-/// Commands, and the file of theirs that is changed or has the content of another. What they write is called `out`, or is in the
-/// folder `fresh`.
+/// Commands, each with its file that is changed or gets the content of another. Their outputs are named `out`, or are in the folder
+/// `fresh`.
 pub const ON_FILES: [(&str, &str); 38] = [
     ("s.csv", "look s.csv --json"),
     (

@@ -1,4 +1,4 @@
-//! Inputs that are made to do harm, by the thousand: `fuzz/run`.
+//! Thousands of harmful inputs: `fuzz/run`.
 //!
 //! | target | what is changed | what must hold |
 //! |---|---|---|
@@ -34,22 +34,22 @@ use anyhow::{Context as _, Result, bail};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-/// The longest that one input of a reader may take: many times what the slowest takes. The program has a limit of its own.
+/// The longest time for one input of a reader: many times that of the slowest. The program has its own limit.
 const LONGEST: Duration = Duration::from_secs(60);
 
 /// The targets that run the program.
 const PROGRAM: [&str; 3] = ["options", "numbers", "files"];
 
-/// One input: its target, what it is, and when it was begun.
+/// One input: its target, its bytes, and its start.
 static CURRENT: Mutex<Option<(String, Vec<u8>, Instant)>> = Mutex::new(None);
 
-/// A target: inputs from a seed, and what must hold of them.
+/// A target: inputs from a seed, and the checks on them.
 pub trait Target {
     /// Its name, which is that of its folder in the corpus.
     fn name(&self) -> &'static str;
     /// The next input.
     fn input(&self, random: &mut Pcg64) -> Vec<u8>;
-    /// Fails where something does not hold; a panic fails too.
+    /// Fails if something does not hold; a panic is a failure too.
     fn check(&self, input: &[u8]) -> Result<()>;
 }
 
@@ -118,7 +118,7 @@ fn corpus(folder: &Path) -> Result<Vec<Vec<u8>>> {
     paths.iter().map(|path| Ok(std::fs::read(path)?)).collect()
 }
 
-/// Whether everything holds of an input; it is kept if not.
+/// Whether the checks of an input pass; otherwise the input is kept.
 fn holds(target: &dyn Target, input: &[u8]) -> bool {
     let begin = (target.name().to_owned(), input.to_vec(), Instant::now());
     if let Ok(mut current) = CURRENT.lock() {
@@ -154,7 +154,7 @@ fn sum(input: &[u8]) -> u64 {
         .fold(0, |sum: u64, b| sum.wrapping_mul(31).wrapping_add(u64::from(*b)))
 }
 
-/// Ends the process where one input takes too long.
+/// Ends the process if one input takes too long.
 fn watch() {
     loop {
         std::thread::sleep(Duration::from_millis(500));

@@ -3,7 +3,7 @@
 use rand::RngExt;
 use rand_pcg::Pcg64;
 
-/// What is put into texts: numbers at the ends of their ranges, marks, and codes.
+/// Texts to insert: numbers at the ends of their ranges, marks, and codes.
 const TEXTS: [&str; 48] = [
     "nan",
     "inf",

@@ -18,13 +18,13 @@ use crate::commands::{ARGUMENTS, COLUMNS, COMMANDS, Column, ON_FILES, OUTPUTS, S
 use crate::mutation::{changed, one};
 use crate::readers::model_seeds;
 
-/// How long a run may take before it is interrupted: some inputs ask for much work, and then it says how far it is.
+/// How long a run may take before it is interrupted: some inputs ask for much work, and the run then reports its progress.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// The variable that asks for progress in lines, what they begin with, and the fewest of a run that goes on.
+/// The variable that asks for progress in lines, the start of such a line, and the fewest lines of a run that makes progress.
 const PROGRESS: &str = "FLEXURE_PROGRESS";
 const MARK: &str = "progress: ";
 const FEWEST_LINES: usize = 3;
-/// How long it may take to end then.
+/// How long it may then take to end.
 const LAST: Duration = Duration::from_secs(5);
 
 /// The runs of the program, and those that were interrupted.
@@ -137,7 +137,7 @@ impl Program {
             if waiting.recv_timeout(PATIENCE).is_ok() {
                 return (false, false);
             }
-            // Not SIGINT, which shells make what runs in the background ignore.
+            // Not SIGINT: shells make background processes ignore it.
             signal("-TERM");
             let late = waiting.recv_timeout(LAST).is_err();
             if late {
@@ -216,7 +216,7 @@ impl Target for Numbers {
         );
         if output.status.success() {
             serde_json::from_slice::<serde_json::Value>(&output.stdout).with_context(|| format!("{arguments:?}"))?;
-            // An arm that was written moves.
+            // A written arm file can be simulated.
             if arguments.contains(&"--arm") {
                 let moved = self.0.run(&["simulate", "arm.toml", "-o", "moved.csv"])?;
                 ensure!(moved.status.success(), "{arguments:?}: the arm cannot be simulated");
@@ -261,7 +261,7 @@ impl Target for Files {
         let command = random.random_range(0..ON_FILES.len());
         let (name, _) = ON_FILES[command];
         let content = match random.random_range(0..10) {
-            // Another's file.
+            // The file of another command.
             0 => one(random, &self.seeds).1.clone(),
             _ if name == "model.json" => changed(random, &self.models),
             _ => changed(random, &[self.seeds[command].1.clone()]),
@@ -343,7 +343,7 @@ impl Target for Options {
     fn check(&self, input: &[u8]) -> Result<()> {
         let text = String::from_utf8_lossy(input).replace('\0', "");
         let arguments: Vec<&str> = text.split(' ').filter(|word| !word.is_empty()).collect();
-        // What would be written outside of the folder, or be the full study, is left out.
+        // Arguments that write outside the folder or start the full study are left out.
         if arguments
             .iter()
             .any(|word| word.contains('/') || word.contains("--full"))

@@ -104,7 +104,7 @@ impl Target for Arms {
         if let Ok(file) = ArmFile::from_toml_str(&text, "the arm")
             && let Ok(again) = file.to_toml()
         {
-            // As text: what the model does not use may be NaN, which differs from itself.
+            // Compared as text: values that the model does not use may be NaN, which differs from itself.
             let read = ArmFile::from_toml_str(&again, "again")?;
             ensure!(read.to_toml()? == again, "it reads back as another arm");
         }
@@ -136,7 +136,7 @@ impl Target for Chains {
                 return Ok(());
             }
         };
-        // What was taken moves, or it is said why it does not.
+        // A chain that was read can be simulated, or the error says why not.
         let mut steps = 0;
         let mut few = |_| {
             steps += 1;
@@ -173,7 +173,7 @@ impl Target for Scenarios {
 
     fn check(&self, input: &[u8]) -> Result<()> {
         let text = String::from_utf8_lossy(input);
-        // Arm files lie nowhere.
+        // The folder of arm files does not exist.
         if let Err(error) = Scenario::from_toml_str(&text, "the scenario", Path::new("nowhere")) {
             ensure!(error.to_string().len() < 100_000, "the message is long");
         }
@@ -271,7 +271,7 @@ fn finite(text: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// All of them; `fixtures` has records that other programs wrote.
+/// All targets; `fixtures` has records that other programs wrote.
 pub fn all(fixtures: &Path) -> Result<Vec<Box<dyn Target>>> {
     let folder = tempfile::tempdir()?;
     let made = folder.path().join("known.parquet");
@@ -349,7 +349,7 @@ pub fn all(fixtures: &Path) -> Result<Vec<Box<dyn Target>>> {
     Ok(targets)
 }
 
-/// Model files of all kinds of blocks; one has all that an identification adds.
+/// Model files of all kinds of blocks; one has everything that an identification adds.
 pub fn model_seeds() -> Result<Vec<Vec<u8>>> {
     let mut seeds = vec![include_bytes!("model.json").to_vec()];
     for (_, model) in models::models() {

@@ -18,7 +18,7 @@ use crate::errors::{FlexureError, of_any, of_library};
 use crate::names::known;
 use crate::run::interruptible;
 
-/// Torques or deflections of both joints, one sample an instant.
+/// Torques or deflections of both joints, one sample for each instant.
 type Drive = (Column, Column);
 
 /// An arm with its initial state, its run, its excitation and its noise, as in an arm file.
@@ -29,7 +29,7 @@ struct Source {
     file: ArmFile,
     text: String,
     name: String,
-    /// Where the records lie that the excitation names.
+    /// The folder of the records that the excitation names.
     folder: PathBuf,
     /// Which of them it may name.
     paths: Paths,
@@ -68,7 +68,7 @@ impl Source {
     }
 }
 
-/// The exception of an arm's error: of the library's where that is the cause.
+/// The exception for an arm's error; if the library's error is the cause, the exception for that.
 fn of_arm(error: &ArmError) -> PyErr {
     match error {
         ArmError::Simulation(cause) => of_library(cause),
@@ -138,7 +138,7 @@ impl Arm {
         &self.0.name
     }
 
-    /// Where the records lie that its excitation names.
+    /// The folder of the records that its excitation names.
     #[getter]
     fn folder(&self) -> String {
         self.0.folder.display().to_string()
@@ -169,7 +169,7 @@ impl Arm {
         let record = interruptible(py, move |interrupt| match drive {
             Some(drive) => driven(&source.driven(kind, drive.0.len()), &drive, interrupt),
             None => {
-                // A folder that is named by the caller, or that of the file, is where records are looked for.
+                // Records are looked for in the folder that the caller names, or in that of the file.
                 let load = |name: &str| read_arm_record(&source.folder, name, source.paths, &ReadOptions::default());
                 let mut watch = |_| -> ControlFlow<()> { interrupt.flow() };
                 run_watched(&source.file, load, &mut watch)
@@ -178,8 +178,8 @@ impl Arm {
         columns(py, &record.map_err(|error| self.0.located(error))?)
     }
 
-    /// Simulates under many drives, over all cores; noise, if any, has another seed each, by the place of a drive among all, where
-    /// these begin at `first`.
+    /// Simulates under many drives, over all cores; noise, if any, has a different seed for each drive, by its index among all drives; the
+    /// first one here has the index `first`.
     #[pyo3(signature = (drives, kind="torque", first=0))]
     fn simulate_batch<'py>(
         &self,

@@ -11,8 +11,8 @@ const SIZE: usize = size_of::<f64>();
 
 /// A contiguous array of `f64` that a worker may read without the interpreter's lock.
 ///
-/// The array is kept alive and in its place (an exported buffer cannot be resized), not copied. Whoever writes to it while
-/// a computation runs gets results of a mixture, as with any other library that releases the lock.
+/// The array is kept alive and in its place (an exported buffer cannot be resized), not copied. If the array is changed while a computation
+/// runs, the results mix old and new values, as with any library that releases the lock.
 pub struct Column(PyBuffer<f64>);
 
 impl Column {
@@ -48,7 +48,7 @@ pub fn slices(columns: &[Column]) -> Vec<&[f64]> {
     columns.iter().map(Column::samples).collect()
 }
 
-/// Values as an array of their own: `numpy.frombuffer` of a `bytearray`.
+/// Values as a new array: `numpy.frombuffer` of a `bytearray`.
 pub fn array<'py>(py: Python<'py>, values: &[f64]) -> PyResult<Bound<'py, PyAny>> {
     let bytes = PyByteArray::new_with(py, SIZE * values.len(), |bytes| {
         for (place, value) in bytes.chunks_exact_mut(SIZE).zip(values) {

@@ -45,7 +45,7 @@ fn paired<'a>([a, b]: [(&str, &'a Column); 2]) -> PyResult<[&'a [f64]; 2]> {
     }
 }
 
-/// A state takes so many samples, all of them or, where a signal comes, none.
+/// A state takes `count` samples: all of them or, if a signal interrupts, none.
 fn taken<S: Clone>(py: Python<'_>, state: &mut S, count: usize, mut take: impl FnMut(&mut S, usize)) -> PyResult<()> {
     let before = (count > SAMPLES).then(|| state.clone());
     for k in 0..count {
@@ -152,7 +152,7 @@ impl Scenario {
     }
 }
 
-/// What came out of a scenario.
+/// The results of a scenario.
 #[pyclass(frozen, module = "flexure._core")]
 pub struct Controlled {
     outcome: Outcome,
@@ -161,7 +161,7 @@ pub struct Controlled {
 
 #[pymethods]
 impl Controlled {
-    /// One object a controller, as the command prints it.
+    /// One object per controller, as the command prints it.
     fn json(&self) -> String {
         self.outcome.json().to_string()
     }
@@ -177,7 +177,7 @@ impl Controlled {
         html.map_err(|error| FlexureError::new_err(error.to_string()))
     }
 
-    /// The record of a controller's first run; none where it was not carried through.
+    /// The record of a controller's first run; `None` if the run failed.
     fn record<'py>(&self, py: Python<'py>, row: usize) -> PyResult<Option<Bound<'py, PyDict>>> {
         let run = self.outcome.rows.get(row).and_then(|row| row.run.as_ref());
         let record = run.map(|run| run.record().map_err(|error| of_library(&error)));
@@ -211,7 +211,7 @@ impl RecursiveHammerstein {
         taken(py, &mut self.0, u.len(), |model, k| model.push(u[k], y[k]))
     }
 
-    /// Denominator, numerator, powers and offset; none as long as the samples do not determine them.
+    /// Denominator, numerator, powers and offset; `None` as long as the samples do not determine them.
     fn estimate(&self) -> Option<Estimate> {
         self.0.estimate().map(|e| (e.a, e.b, e.powers, e.offset))
     }
@@ -242,7 +242,7 @@ impl RecursiveFriction {
         model.map(Self).map_err(|error| of_library(&error))
     }
 
-    /// Takes samples, and returns what was not foreseen of each torque; NaN where nothing was.
+    /// Takes samples, and returns the prediction error of each torque; NaN where there is no prediction.
     fn push(&mut self, py: Python<'_>, torque: Column, velocity: Column) -> PyResult<Vec<f64>> {
         let [torque, velocity] = paired([("torque", &torque), ("velocity", &velocity)])?;
         let mut missed = Vec::with_capacity(torque.len());
@@ -252,7 +252,7 @@ impl RecursiveFriction {
         Ok(missed)
     }
 
-    /// Inertia, Coulomb friction, viscous friction and offset; none as long as the samples do not determine them.
+    /// Inertia, Coulomb friction, viscous friction and offset; `None` as long as the samples do not determine them.
     fn estimate(&self) -> Option<[f64; 4]> {
         self.0.estimate()
     }

@@ -55,7 +55,8 @@ pub fn of_library(error: &Error) -> PyErr {
     }
 }
 
-/// The exception of any error of the crates: of the library's where one is the cause, as arrays have no file to name.
+/// The exception for any error of the crates. If the library's error is the cause, the exception is for that, since arrays have no file to
+/// name.
 pub fn of_any(error: &anyhow::Error) -> PyErr {
     let mut causes = error.chain();
     if let Some(cause) = causes.find_map(|cause| cause.downcast_ref::<Error>()) {

@@ -131,8 +131,8 @@ pub struct Identification(Arc<Session>);
 
 #[pymethods]
 impl Identification {
-    /// Identifies from the inputs (names and samples) and the output; several experiments follow each other, so many samples
-    /// each.
+    /// Identifies from the inputs (names and samples) and the output. Several experiments follow each other; their lengths are given in
+    /// samples.
     #[new]
     #[pyo3(signature = (inputs, output, sample_time, options, experiments=None))]
     fn new(

@@ -92,8 +92,8 @@ impl Joint {
         self.simulated(py, |found, motions| found.html(motions, None, None))
     }
 
-    /// The text of the arm file that `flexure joint --arm` writes, not driven by any record; `joint`, 0 or 1, is the place of a
-    /// single joint in the arm, `template` the text of an arm file whose links' geometry it has.
+    /// The text of the arm file that `flexure joint --arm` writes, not driven by any record; `joint`, 0 or 1, is the place of a single
+    /// joint in the arm; `template` is the text of an arm file with the links' geometry.
     #[pyo3(signature = (joint=0, template=None))]
     fn arm_file(&self, joint: usize, template: Option<&str>) -> PyResult<String> {
         let template = template.map(|text| ArmFile::from_toml_str(text, "the template"));
@@ -204,7 +204,7 @@ impl Axes {
 /// The columns of one axis: torque, position, motor and velocity; or why it has none.
 type AxisColumns = Result<(Vec<f64>, Vec<f64>, Option<Vec<f64>>, Option<Vec<f64>>), String>;
 
-/// Identifies several axes, each alone, from their names, what is to be known of their columns, and the columns or why there are none.
+/// Identifies several axes, each alone, from their names, the settings, and the columns or the reason why an axis has none.
 #[pyfunction]
 #[pyo3(signature = (axes, sample_time, *, gravity=false, spring=false, prismatic=false, level=0.95))]
 #[expect(clippy::type_complexity, reason = "one tuple an axis")]

@@ -25,7 +25,7 @@ const MODEL: &str = "the model";
 pub struct PyModel(Arc<ModelFile>);
 
 impl PyModel {
-    /// Of what a file holds.
+    /// The model of a file's content.
     pub fn new(file: ModelFile) -> Self {
         PyModel(Arc::new(file))
     }
@@ -118,7 +118,7 @@ impl PyModel {
         array(py, &values)
     }
 
-    /// The prediction so many samples ahead; the free run without a horizon. Both start from the state that fits best.
+    /// The prediction `horizon` samples ahead; the free run without a horizon. Both start from the state that fits best.
     #[pyo3(signature = (inputs, output, horizon=None))]
     fn predict<'py>(
         &self,

@@ -58,7 +58,7 @@ impl From<Settings> for Preparation {
 /// Instants, where they are known, and named columns.
 type Parts<T> = (Option<T>, Vec<(String, T)>);
 
-/// Prepares one record of one or several: its instants, its columns, and what was done.
+/// Prepares one record from one or several: returns its instants, its columns, and what was done.
 #[pyfunction]
 pub fn prepare<'py>(
     py: Python<'py>,

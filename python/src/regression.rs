@@ -12,7 +12,7 @@ use crate::errors::of_library;
 use crate::names::{argument, choice, estimator, kernel as named_kernel, rule as named_rule};
 use crate::run::{briefly, interruptible};
 
-/// Values up to so many are computed without a thread of their own.
+/// Up to this many values are computed without a separate thread.
 const BRIEF: usize = 20_000;
 
 /// A fitted regression of y on the columns of x.
@@ -45,8 +45,8 @@ impl Columns {
 
 #[pymethods]
 impl Regression {
-    /// Fits the estimator of this name; `parameter` None chooses it from the data by `rule`, which is also what chose
-    /// a parameter that was `chosen` before. `repeated` rows stand for weights.
+    /// Fits the estimator of this name; `parameter` None chooses it from the data by `rule`. If the parameter was `chosen` before, `rule`
+    /// is how. `repeated` rows stand for weights.
     #[staticmethod]
     #[pyo3(signature = (name, x, y, weights=None, *, parameter=None, chosen=false, repeated=false, rule="loo", kernel="epanechnikov", outside="nan", seed=1))]
     #[expect(clippy::too_many_arguments, reason = "keywords on the other side")]

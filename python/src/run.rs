@@ -16,17 +16,17 @@ use crate::errors::of_library;
 
 /// How often signals are looked for.
 const POLL: Duration = Duration::from_millis(50);
-/// How long a computation is waited for after it was stopped.
+/// How long to wait for a computation after it was stopped.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// Bytes, with those that the C library adds less than 32 MiB: beyond, it learns nothing from a block.
+/// Size of a block in bytes. With the bytes that the C library adds, it is below 32 MiB: larger blocks do not change the library's
+/// thresholds.
 const LARGE: usize = (32 << 20) - (64 << 10);
 
-/// Runs `work` on a thread of its own, watched by the interrupt that it is given, while this one waits without the lock and looks
-/// for signals.
+/// Runs `work` on a new thread, with an interrupt that can stop it. This thread waits without the lock and looks for signals.
 ///
 /// # Errors
-/// Whatever a signal's handler raises, `KeyboardInterrupt` above all: `work` is stopped first, and its result thrown away.
+/// The exception of a signal's handler, usually `KeyboardInterrupt`: `work` is stopped first, and its result dropped.
 /// `RuntimeError` for a panic, which is a defect of Flexure.
 pub fn interruptible<T: Send + 'static>(
     py: Python<'_>,
@@ -45,7 +45,7 @@ pub fn interruptible<T: Send + 'static>(
                 Place::Pool => theirs.watch_alone(|| work(&theirs)),
             };
             let result = catch_unwind(AssertUnwindSafe(|| in_pool(watched)));
-            // Nobody waits any more where a signal came and stopping took long.
+            // After a signal and a long stop, nobody waits for the result any more.
             let _ = send.send(result);
         })
         .map_err(no_thread)?;
@@ -64,7 +64,7 @@ pub fn interruptible<T: Send + 'static>(
             Err(RecvTimeoutError::Timeout) => {
                 if let Err(raised) = py.check_signals() {
                     interrupt.stop();
-                    // The cores are free again when the exception is seen, and so is the memory.
+                    // When the caller sees the exception, the cores and the memory should be free again.
                     let _ = wait(PATIENCE);
                     return Err(raised);
                 }
@@ -85,8 +85,8 @@ pub fn briefly<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyRe
 /// Lets threads keep memory from one computation to the next.
 ///
 /// The GNU C library gives freed memory back to the system beyond twice the size of the largest block that was ever freed, at most
-/// 64 MiB. The threads of a fresh interpreter get their arrays anew from the system at every call, page by page, which makes a tenth of the time of
-/// a kernel regression of a million points. A block of the largest size that counts, which is never touched, shows the library that there are large ones.
+/// 64 MiB. The threads of a fresh interpreter would get their arrays from the system at every call, page by page: a tenth of the time of a
+/// kernel regression of a million points. Freeing one untouched block of the largest size that counts raises the library's limit.
 fn keep_what_is_freed() {
     static ONCE: Once = Once::new();
     if cfg!(all(target_env = "gnu", target_pointer_width = "64")) {
@@ -104,14 +104,14 @@ fn no_thread(error: impl Display) -> PyErr {
 
 /// Where a computation runs.
 enum Place {
-    /// On the thread that called for it, with rayon's global pool at hand.
+    /// On the calling thread, with rayon's global pool.
     Thread,
-    /// On a thread of a pool that does nothing else meanwhile.
+    /// On a thread of a pool that does nothing else.
     Pool,
 }
 
-/// Runs `work` where rayon has threads: those of the global pool do not survive a fork, and a child has pools of its own, one for every
-/// computation at a time.
+/// Runs `work` where rayon has threads: the threads of the global pool do not survive a fork. A child process uses its own pools, one for
+/// each simultaneous computation.
 fn in_pool<T: Send>(work: impl FnOnce(Place) -> T + Send) -> Result<T, ThreadPoolBuildError> {
     static FIRST: OnceLock<u32> = OnceLock::new();
     static IDLE: Mutex<Vec<(u32, ThreadPool)>> = Mutex::new(Vec::new());
@@ -119,14 +119,14 @@ fn in_pool<T: Send>(work: impl FnOnce(Place) -> T + Send) -> Result<T, ThreadPoo
     if *FIRST.get_or_init(|| process) == process {
         return Ok(work(Place::Thread));
     }
-    // Never waited for: if the parent held it at the fork, nobody gives it back.
+    // The lock is only tried: if the parent held it at the fork, it is never released.
     let mut kept = None;
     while let Some((of, pool)) = IDLE.try_lock().ok().and_then(|mut idle| idle.pop()) {
         if of == process {
             kept = Some(pool);
             break;
         }
-        // A parent's has no threads here that could end it.
+        // A pool of the parent has no threads in this process that could end it.
         std::mem::forget(pool);
     }
     let pool = match kept {

@@ -47,7 +47,7 @@ impl Sums {
         PyBytes::new(py, &self.now().to_bytes())
     }
 
-    /// Takes in rows, the first of which is at this place in the whole record.
+    /// Takes in rows; `first_row` is the place of the first one in the whole record.
     fn push(&self, py: Python<'_>, first_row: u64, x: Column, y: Column) -> PyResult<()> {
         let sums = Arc::clone(&self.0);
         let pushed = interruptible(py, move |_| {

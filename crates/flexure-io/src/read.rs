@@ -16,7 +16,7 @@ use crate::{bag, hdf5, mat, parquet_file, text};
 /// The longest beginning of a file that shows its format: HDF5's signature may stand at byte 65,536.
 const SIGNATURE_LENGTH: u64 = (1 << 16) + 8;
 
-/// Reads a record as [`ReadOptions::read`] does, with nothing given.
+/// Reads a record with the default [`ReadOptions`].
 ///
 /// # Errors
 /// As [`ReadOptions::read`].
@@ -29,22 +29,24 @@ const STANDARD_INPUT: &str = "standard input";
 
 impl ReadOptions {
     /// Reads a record: text with or without a header, Parquet, MAT, HDF5 or a topic of a ROS 2 bag; from standard input if `path` is `-`.
-    /// A pipe will do, and so will a file that Zstandard packed, or the folder of a bag with one file.
+    /// The path may also be a pipe, a file packed by Zstandard, or the folder of a bag with one file.
     ///
-    /// The format comes from the first bytes of the file; where these decide nothing, `.parquet` and `.mat`
-    /// are taken at their word, and everything else is text. Text is read as programs and instruments write it:
+    /// The format comes from the first bytes of the file; if these do not decide, the extensions `.parquet` and `.mat` do, and everything
+    /// else is text. Text may have the forms that programs and instruments write:
     ///
     /// - Columns are separated by commas, semicolons, tabs or spaces, whichever divides all lines into equally many fields.
     ///   Lines that begin with `#` are comments; a spreadsheet's first line `sep=;` is passed over.
-    /// - A first line of texts is the header. Units in brackets behind the names, or in a second line, become
+    /// - A first line of texts is the header. Units in brackets after the names, or in a second line, become
     ///   [`RecordFile::units`]. Without a header the columns are called `c0`, `c1`, ...
     /// - Numbers have decimal points, or decimal commas where a comma does not separate columns.
-    /// - A column of time stamps (ISO 8601) becomes seconds from its first. A column of texts is no signal; it does no harm.
-    /// - Instants that count ms, µs or ns from 1970 are known by their size.
+    /// - A column of time stamps (ISO 8601) becomes seconds from its first. A column of texts is no signal; the other columns can still be
+    ///   used.
+    /// - Instants that count ms, µs or ns from 1970 are recognised by their size.
     /// - An empty field is a missing sample, which is NaN; so are `nan`, `NA`, `null` and the like. Blank lines may only come last,
     ///   or between the header and the samples.
     ///
-    /// What two readings fit is refused, with the option that settles it. [`RecordFile::notes`] says what was decided.
+    /// A file that can be read in two ways is refused; the error names the option that decides. [`RecordFile::notes`] says what was
+    /// decided.
     ///
     /// A null of a Parquet file is NaN too. The scalars of a MAT file are kept apart as
     /// [`RecordFile::constants`]; its vectors, rows or columns alike, must have equal lengths.
@@ -83,7 +85,7 @@ impl ReadOptions {
         self.read_begun(path, &start, source)
     }
 
-    /// Reads what begins with these bytes, which with the file's name decide the format.
+    /// Reads a source that begins with these bytes. They and the file's name decide the format.
     fn read_begun(&self, path: &Path, start: &[u8], source: Source) -> Result<RecordFile> {
         let budget = Budget::new(path, self.memory);
         if start.starts_with(bag::MCAP) {
@@ -140,7 +142,7 @@ impl ReadOptions {
     }
 }
 
-/// A file that says how much of it was read to what watches this thread.
+/// A file that reports how much of it was read to the watcher of this thread.
 struct Reported {
     file: File,
     read: u64,
@@ -165,9 +167,9 @@ impl Read for Reported {
 
 /// Where a record comes from.
 enum Source {
-    /// A file on a disk, of which any part can be read.
+    /// A file on a disk: any part of it can be read.
     File(File),
-    /// A pipe or a device, which is read once from its beginning.
+    /// A pipe or a device: it can be read only once, from its beginning.
     Stream(Box<dyn Read>),
 }
 
@@ -182,7 +184,7 @@ impl Source {
         }
     }
 
-    /// Everything from here on.
+    /// All bytes from here on.
     fn stream(self) -> Box<dyn Read> {
         match self {
             Source::File(file) => Box::new(Reported::new(file)),
@@ -190,7 +192,7 @@ impl Source {
         }
     }
 
-    /// The bytes that show the format, and the source, of which nothing is missing.
+    /// The first bytes, which show the format, and the source, which still has them.
     fn begun(self) -> io::Result<(Vec<u8>, Source)> {
         let mut start = Vec::new();
         let source = match self {

@@ -1,4 +1,4 @@
-//! A record with the file it came from, so that every complaint can say where.
+//! A record with its file, so that every error can name the place.
 
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,7 @@ pub(crate) struct Other {
 /// Why a column cannot serve as a signal.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Unusable {
-    /// What it is, completing the sentence "it is ...".
+    /// What it is; it completes the sentence "it is ...".
     Is(String),
     /// What is wrong on one line of a text file.
     At { line: u64, problem: LineProblem },
@@ -41,12 +41,12 @@ impl Other {
         }
     }
 
-    /// Whether it is something else altogether, not numbers with a flaw.
+    /// Whether the column has no numbers at all, in contrast to numbers with a flaw.
     pub(crate) fn is_text(&self) -> bool {
         matches!(self.why, Unusable::Is(_))
     }
 
-    /// The error of using the column as a signal.
+    /// The error when the column is used as a signal.
     pub(crate) fn error(&self, path: &Path) -> Error {
         let path = path.to_owned();
         match &self.why {
@@ -94,14 +94,14 @@ pub struct RecordFile {
     pub units: Vec<Option<String>>,
     /// The file.
     pub path: PathBuf,
-    /// How the file was understood where that is not obvious, in sentences: a decimal comma, a header that is missing.
+    /// Sentences on how the file was understood, if that is not obvious: a decimal comma, a missing header.
     pub notes: Vec<String>,
     /// The scalars of a MAT file, in order; empty for all other formats.
     pub constants: Vec<(String, f64)>,
-    /// What columns of time stamps count from, in ns.
+    /// The origins of columns of time stamps, in ns.
     pub(crate) origins: Vec<(String, i64)>,
     pub(crate) others: Vec<Other>,
-    /// Whether no message may quote anything that stands in the file.
+    /// Whether messages must not quote the content of the file.
     pub(crate) is_foreign: bool,
     pub(crate) lines: SampleLines,
 }
@@ -112,7 +112,7 @@ impl RecordFile {
         RecordFile::new(record, Path::new(name))
     }
 
-    /// A record of signals alone, whose lines are not known.
+    /// A record of signals without other columns and without line numbers.
     pub(crate) fn new(record: Record, path: &Path) -> Self {
         RecordFile {
             units: vec![None; record.names().len()],
@@ -133,7 +133,7 @@ impl RecordFile {
         name.map(|name| shown_path(name.as_ref())).unwrap_or_default()
     }
 
-    /// The samples of one column, as they are; `name` may have the unit behind it that the header has, as in `u [V]`.
+    /// The samples of one column, as they are; `name` may include the unit from the header, as in `u [V]`.
     ///
     /// # Errors
     /// [`Error::Data`] if there is no such column, [`Error::NotASignal`] if there is one that is
@@ -142,7 +142,7 @@ impl RecordFile {
         self.signal(name, Record::column)
     }
 
-    /// Columns of numbers that one field makes useless, with that field, a sentence each.
+    /// Sentences on columns of numbers that one bad field makes unusable, with that field.
     pub fn flawed(&self) -> impl Iterator<Item = String> {
         let flawed = self.others.iter().filter(|other| !other.is_text());
         flawed.map(|other| format!("{other}; the column is left out"))
@@ -187,7 +187,7 @@ impl RecordFile {
         }
     }
 
-    /// Says in which file, and where known on which line, `error` lies.
+    /// Adds the file, and the line if it is known, to `error`.
     ///
     /// `error` must come from this file's whole record: its samples count from the record's first.
     pub fn locate(&self, error: flexure::Error) -> Error {

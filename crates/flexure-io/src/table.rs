@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 /// A row: values by the names of their columns, in their order. Numbers, text, truth values and null.
 pub type Row = Vec<(String, Value)>;
 
-/// What is in a column.
+/// The kind of a column's values.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
     Numbers,
@@ -25,7 +25,7 @@ enum Kind {
     Text,
 }
 
-/// The columns of all rows, in the order in which they come first.
+/// The columns of all rows, in the order of their first occurrence.
 fn columns(rows: &[Row]) -> Vec<(&str, Kind)> {
     let mut columns: Vec<(&str, Option<Kind>)> = Vec::new();
     for (name, value) in rows.iter().flatten() {
@@ -37,7 +37,7 @@ fn columns(rows: &[Row]) -> Vec<(&str, Kind)> {
         };
         match columns.iter_mut().find(|(other, _)| other == name) {
             None => columns.push((name, kind)),
-            // Where rows differ, text can hold them all.
+            // If the rows' kinds differ, text can hold them all.
             Some((_, own)) => {
                 *own = match (*own, kind) {
                     (Some(own), Some(kind)) if own != kind => Some(Kind::Text),
@@ -50,7 +50,7 @@ fn columns(rows: &[Row]) -> Vec<(&str, Kind)> {
     columns.into_iter().map(known).collect()
 }
 
-/// The value of a column, where the row has it.
+/// The value of a column, if the row has it.
 fn value<'a>(row: &'a Row, name: &str) -> Option<&'a Value> {
     let found = row.iter().find(|(own, _)| own == name);
     found.map(|(_, value)| value).filter(|value| !value.is_null())
@@ -64,7 +64,7 @@ fn text(value: &Value) -> Option<String> {
     }
 }
 
-/// Writes rows as a table; the extension says the format, `.parquet` or `.csv`. Missing values are null, in CSV nothing.
+/// Writes rows as a table; the extension, `.parquet` or `.csv`, decides the format. Missing values are null, in CSV empty.
 ///
 /// # Errors
 /// [`Error::UnknownExtension`]; [`Error::Write`].
@@ -131,7 +131,7 @@ fn parquet(out: &mut (impl Write + Send), rows: &[Row]) -> io::Result<()> {
     Ok(())
 }
 
-/// Writes a column, of which values may be missing.
+/// Writes a column; values may be missing.
 fn write<T: DataType, W: Write + Send>(
     group: &mut SerializedRowGroupWriter<'_, W>,
     values: impl Iterator<Item = Option<T::T>>,

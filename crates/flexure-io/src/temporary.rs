@@ -1,8 +1,8 @@
-//! The files into which something is written before it has its name.
+//! Temporary files: content is written to them before it gets its final name.
 //!
-//! A temporary file is locked as long as its writer lives, on whatever machine or in whatever container that is. One that is not
-//! locked was left by a process that was killed: the next write to the same name removes it. Signals that end a process leave it
-//! the time to call [`remove_temporaries`].
+//! A temporary file is locked as long as its writer lives, even on another machine or in a container. One that is not locked was left by a
+//! process that was killed: the next write to the same name removes it. A process that is ended by a signal can still call
+//! [`remove_temporaries`].
 
 use std::collections::HashMap;
 use std::ffi::OsString;
@@ -13,24 +13,24 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{LazyLock, Mutex, PoisonError};
 
-/// The longest name of a file whose temporary file's name contains it whole, bytes: file systems allow 255, of which a number and marks take some.
+/// A temporary file's name contains up to this many bytes of the file's name: file systems allow 255, and a number and marks are added.
 const LONGEST_NAME: usize = 180;
-/// The temporary names that are tried.
+/// How many temporary names are tried.
 const TRIES: usize = 100;
 
 /// Distinguishes the temporary files of one process.
 static COUNTER: AtomicU64 = AtomicU64::new(0);
-/// Those of this process that are there, by their numbers.
+/// The existing temporary files of this process, by their numbers.
 static PRESENT: LazyLock<Mutex<HashMap<u64, PathBuf>>> = LazyLock::new(Mutex::default);
 
-/// A temporary file that is gone when dropped, unless it was put into its place.
+/// A temporary file. Dropping it removes it, unless it was put into its place.
 pub(crate) struct Temporary {
     number: u64,
     path: PathBuf,
 }
 
 impl Temporary {
-    /// Beside `target`, with the mode and owner of what is `replaced`; those of dead processes are removed.
+    /// A new one in the folder of `target`, with the mode and owner of the file that is `replaced`. Files of dead processes are removed.
     pub(crate) fn beside(target: &Path, replaced: Option<&Metadata>) -> io::Result<(Temporary, File)> {
         let Some(name) = target.file_name() else {
             return Err(io::ErrorKind::IsADirectory.into());
@@ -49,10 +49,10 @@ impl Temporary {
             options.write(true).create_new(true);
             #[cfg(unix)]
             if replaced.is_some() {
-                // Nobody else may read it before it has the mode of what it replaces.
+                // Nobody else may read the file before it has its final mode.
                 std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
             }
-            // A signal finds the file in the list, or it is not there.
+            // The lock ensures that a signal finds every existing file in the list.
             let mut present = PRESENT.lock().unwrap_or_else(PoisonError::into_inner);
             let file = match options.open(&temporary.path) {
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
@@ -60,7 +60,7 @@ impl Temporary {
             };
             present.insert(number, temporary.path.clone());
             drop(present);
-            // Another process may take it for abandoned before it is locked; then it is gone.
+            // Before the lock is taken, another process may have removed the file as abandoned.
             if matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock)) || !temporary.path.exists() {
                 continue;
             }
@@ -84,26 +84,26 @@ impl Temporary {
 impl Drop for Temporary {
     fn drop(&mut self) {
         let mut present = PRESENT.lock().unwrap_or_else(PoisonError::into_inner);
-        // Nothing more can be done where even removing fails.
+        // If even removing fails, nothing more can be done.
         let _ = fs::remove_file(&self.path);
         present.remove(&self.number);
     }
 }
 
-/// A folder that is gone when dropped, and before a signal ends the process.
+/// A folder that is removed when it is dropped, or before a signal ends the process.
 pub struct TemporaryFolder {
     number: u64,
     folder: tempfile::TempDir,
 }
 
 impl TemporaryFolder {
-    /// A new folder where the system has such folders.
+    /// A new folder in the system's place for temporary folders.
     ///
     /// # Errors
-    /// Where it cannot be made.
+    /// If it cannot be made.
     pub fn new() -> io::Result<Self> {
         let number = COUNTER.fetch_add(1, Ordering::Relaxed);
-        // A signal finds the folder in the list, or it is not there.
+        // The lock ensures that a signal finds every existing folder in the list.
         let mut present = PRESENT.lock().unwrap_or_else(PoisonError::into_inner);
         let folder = tempfile::tempdir()?;
         present.insert(number, folder.path().to_owned());
@@ -123,7 +123,7 @@ impl Drop for TemporaryFolder {
     }
 }
 
-/// Removes the temporary files and folders of this process, and lets it make no more: for a process that is about to end by a signal.
+/// Removes the temporary files and folders of this process and prevents new ones. For a process that a signal is about to end.
 pub fn remove_temporaries() {
     let present = PRESENT.lock().unwrap_or_else(PoisonError::into_inner);
     for path in present.values() {
@@ -179,7 +179,7 @@ fn keep_owner(file: &File, other: &Metadata) -> io::Result<()> {
     let [user, group] =
         [(own.uid(), other.uid()), (own.gid(), other.gid())].map(|(own, new)| (own != new).then_some(new));
     if user.is_some() || group.is_some() {
-        // Only the superuser may give files away; a group may be kept where the owner cannot.
+        // Only the superuser may give files away; the group can sometimes be kept even if the owner cannot.
         let _ = fchown(file, user, group).or_else(|_| fchown(file, None, group));
     }
     file.set_permissions(other.permissions())

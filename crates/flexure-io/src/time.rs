@@ -9,7 +9,7 @@ use crate::text::INDEX;
 use crate::units::split_unit;
 use flexure::text::visible;
 
-/// What columns of instants are called, in lower case: in English, German, French, Spanish, Italian and Portuguese, the Nordic
+/// Names of columns of instants, in lower case: in English, German, French, Spanish, Italian and Portuguese, the Nordic
 /// languages, and Dutch.
 const NAMES: [&str; 13] = [
     "t",
@@ -58,11 +58,11 @@ pub struct Instants {
     pub name: String,
     /// The instants, in s.
     pub seconds: Vec<f64>,
-    /// What they count from where they were time stamps, in ns since 1970 (of times of day: since midnight).
+    /// The origin of time stamps, in ns since 1970 (for times of day: since midnight).
     pub origin: Option<i64>,
 }
 
-/// The name without a unit behind it (`time_ms`), in lower case, and that unit.
+/// The name in lower case without a unit at its end (`time_ms`), and that unit.
 fn split(name: &str) -> (String, Option<f64>) {
     // ROS puts a percent sign in front of it.
     let name = name.trim_start_matches('%').to_lowercase();
@@ -72,9 +72,9 @@ fn split(name: &str) -> (String, Option<f64>) {
     }
 }
 
-/// Whether a column is called as one of instants.
+/// Whether a column has the name of instants.
 pub(crate) fn is_time(name: &str) -> bool {
-    // A vector in a group of HDF5 is called by its path.
+    // The name of a vector in a group of HDF5 is its path.
     let own = name.rsplit('/').next().unwrap_or(name);
     NAMES.contains(&split(own).0.as_str())
 }
@@ -87,8 +87,8 @@ fn seconds(unit: &str) -> Option<f64> {
         .map(|(_, seconds)| *seconds)
 }
 
-/// The unit in which a clock counts from 1970 that shows `instant`, where that is none of s: a number of today that would
-/// else lie thousands of years ahead.
+/// The unit of a clock that counts from 1970 and shows `instant`: ms, µs or ns, if the date is then a plausible one. In s it would lie
+/// thousands of years ahead.
 fn epoch_unit(instant: f64) -> Option<&'static str> {
     ["ms", "us", "ns"].into_iter().find(|unit| {
         let seconds = instant * seconds(unit).unwrap_or(1.0);
@@ -97,7 +97,7 @@ fn epoch_unit(instant: f64) -> Option<&'static str> {
 }
 
 impl RecordFile {
-    /// Gives columns of instants that count ms, µs or ns from 1970 this unit where the file has none, and notes it.
+    /// Sets the unit of columns of instants that count ms, µs or ns from 1970, if the file has no unit, and notes it.
     pub(crate) fn with_epochs(mut self) -> Self {
         for (i, (name, samples)) in self.record.columns().enumerate() {
             let has_unit = self.units[i].is_some() || split(name).1.is_some();
@@ -113,8 +113,8 @@ impl RecordFile {
         self
     }
 
-    /// The column of sample instants: the one `given`, or that which is called `t`, `time`, `Time [s]`, `time_ms`, `timestamp` or
-    /// alike, else that which has time stamps, and is none of the columns `in_use`; `None` if there is none.
+    /// The column of sample instants: the one `given`; or one named `t`, `time`, `Time [s]`, `time_ms`, `timestamp` or alike; or one of
+    /// time stamps. It is none of the columns `in_use`; `None` if there is no such column.
     ///
     /// Instants are in s unless the file says otherwise.
     ///
@@ -150,12 +150,12 @@ impl RecordFile {
     /// The sample instants, whether uniform or not, of the column that [`RecordFile::time`] takes.
     ///
     /// # Errors
-    /// As [`RecordFile::time`], but for the grid.
+    /// As [`RecordFile::time`], except for the error about the grid.
     pub fn instants_in_seconds(&self, given: Option<&str>) -> Result<Option<Instants>> {
         let Some((name, unit)) = self.instants(given, &[])? else {
             return Ok(None);
         };
-        // 7 ms are 0.007 s to the last digit by division, not by a factor of 0.001.
+        // Division makes 7 ms exactly 0.007 s; a factor of 0.001 would not.
         let parts = (1.0 / unit).round();
         let seconds = |t: &f64| if unit < 1.0 { t / parts } else { t * unit };
         let origin = self.origins.iter().find(|(column, _)| column == name);
@@ -213,7 +213,8 @@ impl RecordFile {
         Ok(Some((name, seconds)))
     }
 
-    /// The columns that are neither instants, those called `time` and time stamps among them, nor a mere count of the rows, in order.
+    /// The columns that are signals, in order: not instants (such as columns named `time`, and time stamps), and not a mere count of the
+    /// rows.
     pub fn signals(&self, time: Option<&str>) -> Vec<&str> {
         let counts = |samples: &[f64]| samples.iter().enumerate().all(|(i, &v)| v == samples[0] + i as f64);
         let columns = self.record.columns();
@@ -225,8 +226,8 @@ impl RecordFile {
         signals.map(|(name, _)| name).collect()
     }
 
-    /// The column that `name` means: that of this name, that which the header calls so with its unit, as in `u [V]`, or that which messages
-    /// show so.
+    /// The column that `name` means: `name` is the column's name, its text in the header with the unit, as in `u [V]`, or its text in
+    /// messages.
     pub fn meant<'a>(&'a self, name: &'a str) -> &'a str {
         let names = || self.record.names().iter();
         if names().any(|own| own == name) {
@@ -234,7 +235,7 @@ impl RecordFile {
         }
         let (base, unit) = split_unit(name);
         let with_unit = names().find(|own| **own == base && unit.is_some() && self.unit(own) == unit.as_deref());
-        // As messages show names with characters that nobody sees.
+        // Messages show invisible characters of a name in another form.
         let found = with_unit.or_else(|| names().find(|own| visible(own) == name));
         found.map_or(name, String::as_str)
     }

@@ -1,4 +1,4 @@
-//! What a bag has, of which a record is one part.
+//! The topics of a bag; a record is one of them.
 
 /// A topic of a bag.
 #[derive(Debug, Clone, PartialEq)]
@@ -9,9 +9,9 @@ pub struct Topic {
     pub kind: String,
     /// How many messages it has.
     pub messages: u64,
-    /// The names of its joints, in the order in which they come first.
+    /// The names of its joints, in the order of their first occurrence.
     pub joints: Vec<String>,
-    /// Why it cannot be read, where it cannot.
+    /// Why it cannot be read; `None` if it can.
     pub problem: Option<String>,
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-/// A name and the unit behind it in brackets: `Speed [rad/s]`, `Torque (N m)`.
+/// A name and the unit after it in brackets: `Speed [rad/s]`, `Torque (N m)`.
 pub(crate) fn split_unit(field: &str) -> (String, Option<String>) {
     for (open, close) in [('[', ']'), ('(', ')')] {
         if let Some((name, unit)) = field.strip_suffix(close).and_then(|text| text.rsplit_once(open))
@@ -15,7 +15,7 @@ pub(crate) fn split_unit(field: &str) -> (String, Option<String>) {
     (field.to_owned(), None)
 }
 
-/// Splits the units off all these names, but off none that then were another's name.
+/// Splits the units off these names, unless the name would then equal another one.
 pub(crate) fn split_units(names: &mut [String]) -> Vec<Option<String>> {
     let split: Vec<(String, Option<String>)> = names.iter().map(|name| split_unit(name)).collect();
     let mut sharing: HashMap<&String, usize> = HashMap::new();

@@ -1,7 +1,7 @@
 //! Chains of links from URDF, the robot description of ROS.
 //!
-//! Read are links with their inertias, and joints that turn, slide or are fixed. Shapes, materials, transmissions and the rest change no
-//! motion and are passed over; so are `<dynamics>`, `effort` and `velocity`.
+//! The reader takes links with their inertias, and joints that turn, slide or are fixed. Shapes, materials, transmissions and other
+//! elements do not change the motion and are ignored; so are `<dynamics>`, `effort` and `velocity`.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -14,7 +14,7 @@ use roxmltree::{Document, Node};
 use crate::error::{Error, Result};
 use crate::text::read_text;
 
-/// What a URDF does not say.
+/// Options for what a URDF does not contain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UrdfOptions {
     /// Whether the root link is fixed to the world or floats.
@@ -39,8 +39,8 @@ impl Default for UrdfOptions {
 /// position, its angle. A joint without `<limit>` has no limits.
 ///
 /// # Errors
-/// [`Error::Urdf`] with the line and the name: text that is no XML, no `<robot>`, names that are missing or used twice, numbers that are
-/// none, joints of other types or that mimic others, loops, several roots, links that move without mass, moments of inertia of no body;
+/// [`Error::Urdf`] with the line and the name: text that is no XML, no `<robot>`, names that are missing or used twice, invalid numbers,
+/// joints of other types or that mimic others, loops, several roots, moving links without mass, moments of inertia that no body can have;
 /// [`Error::Read`] where the file cannot be read.
 pub fn read_urdf(path: &Path, options: &UrdfOptions) -> Result<Chain> {
     let text = read_text(path)?;
@@ -74,7 +74,7 @@ pub fn parse_urdf(text: &str, path: &Path, options: &UrdfOptions) -> Result<Chai
         problem: what,
     };
     let document = Document::parse(text).map_err(|error| {
-        // The position is said by the error's text, too.
+        // The error's text has the position too.
         let (line, what) = (error.pos().row, format!("this is no XML: {error}"));
         fail(Problem { line, what })
     })?;
@@ -126,7 +126,7 @@ fn chain(document: &Document, options: &UrdfOptions) -> Parsed<Chain> {
     let root = root(robot, &links, &joints)?;
     let of_link = |name: &str| inertial(links[name]);
 
-    // The children of a link, by the names of their joints: the last of a stack comes first.
+    // The children of a link, by the names of their joints: the last one on the stack comes first.
     let mut children: BTreeMap<&str, Vec<&Joint>> = BTreeMap::new();
     for joint in joints.values().rev() {
         children.entry(joint.parent).or_default().push(joint);
@@ -148,7 +148,7 @@ fn chain(document: &Document, options: &UrdfOptions) -> Parsed<Chain> {
         open(joint.child, Some(parameters.links.len()), &mut stack);
         parameters.links.push(link(joint, parent, of_link(joint.child)?)?);
     }
-    // Every link has one parent at most, so that what the root does not reach is a loop.
+    // Every link has at most one parent, so links that the root does not reach form a loop.
     if let Some(joint) = children.into_values().flatten().next() {
         let what = format!(
             "joint '{}' belongs to a closed loop of joints; a chain has none, so cut the loop at one joint",
@@ -238,7 +238,7 @@ fn joints<'a>(robot: Node<'a, 'a>, links: &BTreeMap<&str, Node>) -> Parsed<BTree
     Ok(joints)
 }
 
-/// The link that hangs on no joint.
+/// The root: the only link that is no joint's child.
 fn root<'a>(robot: Node, links: &BTreeMap<&'a str, Node>, joints: &BTreeMap<&str, Joint>) -> Parsed<&'a str> {
     let hangs = |link: &str| joints.values().any(|joint| joint.child == link);
     let roots: Vec<&str> = links.keys().copied().filter(|link| !hangs(link)).collect();
@@ -286,7 +286,7 @@ fn link(joint: &Joint, parent: Option<usize>, inertia: Option<LinkInertia>) -> P
     })
 }
 
-/// The inertia of a link; `None` without one, or with one of zeros, which says the same.
+/// The inertia of a link; `None` without one, or if all its numbers are zero, which means the same.
 fn inertial(link: Node) -> Parsed<Option<LinkInertia>> {
     let Some(node) = child(link, "inertial") else {
         return Ok(None);

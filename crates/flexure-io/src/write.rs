@@ -21,7 +21,7 @@ pub fn write_record(path: impl AsRef<Path>, record: &Record) -> Result<()> {
     write_record_with_units(path, record, &[])
 }
 
-/// [`write_record`], with the columns' units in their names: `q [rad]`. Those behind the end of `units` have none.
+/// [`write_record`], with the columns' units in their names: `q [rad]`. Columns after the end of `units` have none.
 ///
 /// # Errors
 /// As [`write_record`].
@@ -43,7 +43,7 @@ pub fn write_record_with_units(path: impl AsRef<Path>, record: &Record, units: &
     write_atomically(path, |out| write(out, record, &header))
 }
 
-/// Refuses `path` where [`write_record`] would whatever the record, without writing anything.
+/// Refuses `path` if [`write_record`] would refuse it for every record. Writes nothing.
 ///
 /// # Errors
 /// [`Error::UnknownExtension`], and those of [`check_writable`].
@@ -55,7 +55,7 @@ pub fn check_record_writable(path: impl AsRef<Path>) -> Result<()> {
 /// Writes a record under these names.
 type Writer = fn(&mut BufWriter<File>, &Record, &[String]) -> io::Result<()>;
 
-/// Who writes the format that the extension of `path` names.
+/// The writer for the format that the extension of `path` names.
 fn writer(path: &Path) -> Result<Writer> {
     let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
     match extension.as_deref() {

@@ -1,7 +1,7 @@
-//! What the page shows, as plain values: whoever makes a page fills these in.
+//! The content of a page as plain values, to be filled in by the caller.
 //!
-//! An empty list or `None` leaves its part off the page. A value that is not finite is drawn as a gap. Names with units
-//! are written as they shall stand at an axis, the unit in parentheses at the end, for example "torque (N m)".
+//! An empty list or `None` leaves its part off the page. A value that is not finite is drawn as a gap. Names with units are written as at
+//! an axis, with the unit in parentheses at the end, for example "torque (N m)".
 
 use serde::Serialize;
 
@@ -41,11 +41,11 @@ pub struct Page {
     pub fresh_from: usize,
     /// The estimated nonlinearity.
     pub nonlinearity: Nonlinearity,
-    /// What several inputs do together, or what two lags of one do.
+    /// The joint effect of several inputs, or of two lags of one input.
     pub surface: Option<TitledSurface>,
     /// Further nonlinearities, or sections through that of several inputs.
     pub curves: Vec<TitledCurve>,
-    /// What periods of the record say without any model.
+    /// What the periods of the record show without a model.
     pub approximation: Option<Approximation>,
     /// The linear parts, in the order in which the signal runs through them.
     pub linear: Vec<LinearPart>,
@@ -76,7 +76,7 @@ pub struct Verdict {
     pub holds: bool,
     /// The answer in a sentence or two, naming the test that refutes the model if one does.
     pub text: String,
-    /// What it rests on, a short line each, folded away below the text.
+    /// The evidence for it in short lines, folded away below the text.
     pub details: Vec<String>,
 }
 
@@ -187,10 +187,10 @@ pub struct TitledCurve {
     pub curve: Nonlinearity,
 }
 
-/// The best linear approximation over the excited frequencies, with the levels of what disturbs it.
+/// The best linear approximation over the excited frequencies, with the levels of its disturbances.
 #[derive(Debug, Clone, Serialize)]
 pub struct Approximation {
-    /// What it was measured from, and what it says: a sentence or two.
+    /// What it was measured from, and what it shows: a sentence or two.
     pub text: String,
     /// Frequencies, increasing and positive: Hz, or cycles a sample if there is no sample time.
     pub frequency: Vec<f64>,
@@ -202,9 +202,9 @@ pub struct Approximation {
     pub phase_deg: Vec<f64>,
     /// The level of noise and nonlinear distortion together, dB, or empty.
     pub total_db: Vec<f64>,
-    /// That of noise, dB, or empty.
+    /// The level of noise, dB, or empty.
     pub noise_db: Vec<f64>,
-    /// That of nonlinear distortion, dB, or empty; minus infinity where the noise hides it.
+    /// The level of nonlinear distortion, dB, or empty; minus infinity where the noise hides it.
     pub distortion_db: Vec<f64>,
 }
 
@@ -213,7 +213,7 @@ pub struct Approximation {
 pub struct LinearPart {
     /// The heading, for example "Linear part".
     pub title: String,
-    /// What is said beside the transfer function, for example "Order 3, static gain 1."; may be empty.
+    /// The text next to the transfer function, for example "Order 3, static gain 1."; may be empty.
     pub text: String,
     /// Numerator in z^-1.
     pub b: Vec<f64>,
@@ -241,7 +241,7 @@ pub struct LinearPart {
     /// Half width of the magnitude's 95 % band, dB, pointwise; empty where it is not known.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub magnitude_error: Vec<f64>,
-    /// That of the phase, degrees, or empty.
+    /// Half width of the phase's band, degrees, or empty.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub phase_error: Vec<f64>,
     /// Poles `[re, im]`.
@@ -299,13 +299,13 @@ pub struct Test {
     pub limit: f64,
     /// Its p-value.
     pub p_value: f64,
-    /// What it says of the model.
+    /// What it says about the model.
     pub outcome: TestOutcome,
     /// The verdict for reading.
     pub text: String,
 }
 
-/// What a test says of a model.
+/// What a test says about a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TestOutcome {
@@ -313,9 +313,9 @@ pub enum TestOutcome {
     Passed,
     /// It refutes the model.
     Failed,
-    /// The error has a colour, which refutes no model.
+    /// The error is coloured (not white); this does not refute the model.
     Coloured,
-    /// It sees a misfit that is negligible.
+    /// The test detects a misfit, but a negligible one.
     Negligible,
 }
 
@@ -368,7 +368,7 @@ pub struct Table {
     pub title: String,
     /// A sentence or two below it: what was compared, and by what.
     pub text: String,
-    /// The columns' names; those but the first are set as numbers.
+    /// The columns' names; all except the first are set as numbers.
     pub columns: Vec<String>,
     /// The rows, each with as many cells as there are columns, ready to print.
     pub rows: Vec<Vec<String>>,

@@ -63,7 +63,7 @@ pub(crate) fn head(values: &[f64], limit: usize) -> Vec<f64> {
 
 /// `v` to [`DIGITS`] significant digits, so that it prints in few characters; what is not finite stays as it is.
 pub(crate) fn round(v: f64) -> f64 {
-    // Through the decimal form, as only that yields the double whose shortest decimal form is the short one.
+    // The value passes through its decimal form: only this yields the double with that short decimal form.
     format!("{v:.*e}", DIGITS - 1).parse().unwrap_or(v)
 }
 

@@ -36,7 +36,7 @@ pub(crate) struct Text<'a> {
     motions: Vec<MotionText<'a>>,
     overview: Option<&'a Table>,
     axes: Vec<Text<'a>>,
-    /// The numbers of its first curve and of its first motion among those of the page.
+    /// The indices of its first curve and its first motion on the page.
     first: [usize; 2],
     command: Option<&'a str>,
     python: Option<&'a str>,
@@ -51,7 +51,7 @@ struct CurveText<'a> {
     outside: Option<String>,
 }
 
-/// What is said of a measured signal against a computed one.
+/// The text about a measured signal against a computed one.
 #[derive(Serialize)]
 pub(crate) struct MotionText<'a> {
     heading: &'a str,
@@ -144,7 +144,7 @@ pub(crate) fn motion_plot(motion: &Comparison) -> PredictionPlot<'_> {
     plot
 }
 
-/// What is said of a measured signal against a computed one, which is plotted so.
+/// The text about a measured signal against a computed one, with this plot.
 pub(crate) fn motion_text<'a>(motion: &'a Comparison, plot: &PredictionPlot<'_>) -> MotionText<'a> {
     MotionText {
         heading: &motion.heading,

@@ -25,7 +25,7 @@ mod study;
 mod text;
 mod typeset;
 
-/// The style of all pages, for one that is no report.
+/// The style of all pages, for use on other pages.
 pub const STYLE: &str = include_str!("../assets/page.css");
 
 pub use error::{Error, Result};

@@ -39,7 +39,7 @@ pub(crate) struct Grid {
 pub(crate) struct NonlinearityPlot {
     #[serde(flatten)]
     curve: Nonlinearity,
-    /// Whether the estimate's points are drawn beside the line through them.
+    /// Whether the estimate's points are drawn in addition to the line through them.
     pub points: bool,
 }
 
@@ -128,7 +128,7 @@ pub(crate) fn nonlinearity(n: &Nonlinearity) -> NonlinearityPlot {
             y: thin(&n.y),
             lower: thin(&n.lower),
             upper: thin(&n.upper),
-            // Between levels there are no data, which a curve through the density at the levels would hide.
+            // There are no data between levels; a density curve through the levels would hide this.
             density: if points { Vec::new() } else { thin(&n.density) },
             truth: thin(&n.truth),
             x_label: n.x_label.clone(),

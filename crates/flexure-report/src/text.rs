@@ -9,7 +9,7 @@ use crate::diagram::{DiagramText, diagram};
 use crate::limits;
 use crate::payload::Payload;
 
-/// Share of a sum's terms that rounding may leave of it.
+/// A sum smaller than this share of its terms is a rounding error.
 const ROUNDING: f64 = 1e-9;
 
 /// What the template shows as text, and which parts exist at all.
@@ -50,7 +50,7 @@ struct TestRow<'a> {
 
 #[derive(Serialize)]
 pub(crate) struct ChoiceText<'a> {
-    /// Its place among all choices, which names its plot.
+    /// Its index among all choices, used in the name of its plot.
     index: usize,
     name: &'a str,
     value: &'a str,
@@ -82,7 +82,7 @@ struct ApproximationText<'a> {
 struct LinearText<'a> {
     title: &'a str,
     text: &'a str,
-    /// The place among all linear parts, which its plots are named by.
+    /// Its index among all linear parts, used in the names of its plots.
     index: usize,
     any: bool,
     impulse: bool,
@@ -210,7 +210,7 @@ fn record(page: &Page, bucket: usize) -> RecordText {
     }
 }
 
-/// What is said of a motion.
+/// The text about a motion.
 pub(crate) fn arm(arm: &ArmMotion) -> ArmText {
     ArmText {
         caption: arm.caption.clone(),
@@ -277,7 +277,7 @@ fn linear((index, l): (usize, &LinearPart)) -> LinearText<'_> {
     }
 }
 
-/// The static gain of a transfer function; none where an integrator makes it infinite.
+/// The static gain of a transfer function; `None` if an integrator makes it infinite.
 fn static_gain(l: &LinearPart) -> Option<String> {
     let (sum, size) = (l.a.iter().sum::<f64>(), l.a.iter().map(|a| a.abs()).sum::<f64>());
     let is_finite = sum.abs() > ROUNDING * size;
@@ -358,7 +358,7 @@ pub(crate) fn count(n: usize) -> String {
     groups.join("\u{202f}")
 }
 
-/// A p-value for reading: two digits, and not below 1e-6, where no distribution is known so well.
+/// A p-value for reading: two digits, and not below 1e-6, since no distribution is known so exactly.
 fn p_value(p: f64) -> String {
     match p {
         p if !p.is_finite() => "–".into(),

@@ -34,7 +34,7 @@ pub(crate) fn typeset(text: &str) -> String {
     out
 }
 
-/// The exponent that begins at `start`, and where it ends; none where letters or digits follow that belong to a name.
+/// The exponent that begins at `start`, and where it ends; `None` if letters or digits of a name follow.
 fn exponent(chars: &[char], start: usize) -> Option<(String, usize)> {
     let sign = usize::from(chars.get(start) == Some(&'-'));
     let digits = chars[start + sign..].iter().take_while(|c| c.is_ascii_digit()).count();

@@ -1,4 +1,4 @@
-//! A Parquet file part by part, for what needs the rows one after the other, and not all of them at once.
+//! A Parquet file part by part, for computations that need the rows one after the other, not all at once.
 
 use std::fs::File;
 use std::panic::{AssertUnwindSafe, resume_unwind};
@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::record_file::Other;
 use crate::units::split_units;
 
-/// Some columns of a Parquet file, row group by row group. What is in memory is one page of every column, whatever the file's length.
+/// Some columns of a Parquet file, row group by row group. Memory holds only one page of every column, whatever the file's length.
 ///
 /// ```
 /// # let folder = std::env::temp_dir().join(format!("flexure-parts-{}", std::process::id()));
@@ -41,14 +41,14 @@ pub struct ParquetParts {
     starts: Vec<u64>,
 }
 
-/// Takes rows that stand together: the place of the first of them in the file, and the columns. Missing samples are NaN.
+/// Takes consecutive rows: the place of the first one in the file, and the columns. Missing samples are NaN.
 pub type TakeRows<'a> = dyn FnMut(u64, &[Vec<f64>]) -> Result<()> + 'a;
 
 impl ParquetParts {
     /// Opens these columns of a file.
     ///
     /// # Errors
-    /// [`Error::Read`]; [`Error::Content`] and [`Error::Truncated`] for what is no Parquet file or a damaged one;
+    /// [`Error::Read`]; [`Error::Content`] and [`Error::Truncated`] for a file that is damaged or no Parquet file;
     /// [`Error::Data`] for a column that the file does not have; [`Error::NoSamples`].
     pub fn open(path: impl AsRef<Path>, columns: &[&str]) -> Result<Self> {
         let path = path.as_ref();
@@ -113,22 +113,22 @@ impl ParquetParts {
         Error::data(&self.path, error)
     }
 
-    /// Calls `each` with the rows of a part, in order and some at a time.
+    /// Calls `each` with the rows of a part, in order, a batch at a time.
     ///
     /// # Errors
-    /// [`Error::Content`] and [`Error::Truncated`] for what is damaged; [`Error::Data`] for integers that f64 does not hold; what `each` returns.
+    /// [`Error::Content`] and [`Error::Truncated`] for damaged data; [`Error::Data`] for integers that f64 cannot hold; errors of `each`.
     pub fn read(&self, part: usize, each: &mut TakeRows) -> Result<()> {
         match quietly(AssertUnwindSafe(|| self.read_checked(part, each))) {
             Ok(result) => result,
             Err(panic) if panic.is::<&str>() || panic.is::<String>() => Err(damaged(&self.path, CONTRADICTORY)),
-            // Work that is asked to stop leaves so.
+            // Work that is asked to stop unwinds in this way.
             Err(leaving) => resume_unwind(leaving),
         }
     }
 
     fn read_checked(&self, part: usize, each: &mut TakeRows) -> Result<()> {
         let content = |error| content(&self.path, error);
-        // Its own file: several parts may be read at once, and copies of a file have one place to read from.
+        // Opens the file again: several parts may be read at once, and copies of a handle share one position.
         let file = File::open(&self.path).map_err(|cause| Error::read(&self.path, cause))?;
         let reader = SerializedFileReader::new(file).map_err(content)?;
         let group = reader.get_row_group(part).map_err(content)?;

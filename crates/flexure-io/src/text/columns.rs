@@ -8,7 +8,7 @@ use crate::record_file::Unusable;
 /// Characters of a bad field that a message quotes.
 const QUOTED_CHARACTERS: usize = 40;
 
-/// What stands for a missing sample, beside an empty field: as pandas, R and spreadsheets write it.
+/// Texts that mean a missing sample, in addition to an empty field, as pandas, R and spreadsheets write them.
 const MISSING: [&str; 15] = [
     "nan", "NaN", "NAN", "-nan", "-NaN", "NA", "<NA>", "N/A", "n/a", "null", "NULL", "None", "-", "#N/A", "#DIV/0!",
 ];
@@ -54,10 +54,10 @@ impl Numbers {
         }
     }
 
-    /// What all numbers together say of the decimal sign, as a sentence.
+    /// A sentence on the decimal sign, concluded from all numbers together.
     ///
     /// # Errors
-    /// [`LineProblem::AmbiguousComma`] and its line, where commas may as well group thousands.
+    /// [`LineProblem::AmbiguousComma`] and its line, if commas may also group thousands.
     pub(super) fn conclude(&self) -> Result<Option<&'static str>, (u64, LineProblem)> {
         match self.comma {
             Some(line) if !self.comma_is_certain => Err((line, LineProblem::AmbiguousComma)),
@@ -244,7 +244,7 @@ impl<'a> Column<'a> {
         )
     }
 
-    /// Of time stamps, what their seconds count from: in ns, and as it is written.
+    /// For time stamps, the origin of their seconds: in ns, and as written in the file.
     pub(super) fn origin(&self) -> Option<(i64, &str)> {
         match &self.kind {
             Kind::Stamps { first, text, .. } => Some((*first, text)),

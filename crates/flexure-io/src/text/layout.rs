@@ -1,9 +1,9 @@
-//! How the lines of a text file are laid out, decided from the first of them.
+//! The layout of a text file, decided from its first lines.
 //!
-//! 1. **Separator**: of comma, semicolon and tab the one by which all lines have equally many fields, at least two; of several
-//!    such the one by which most fields can be read; without one, spaces.
-//! 2. **Header**: a line of texts. A column of texts, with texts in the second line too, leaves it open, and so do the
-//!    numbers 0, 1, 2, ... as pandas writes them for columns without names.
+//! 1. **Separator**: the one of comma, semicolon and tab that divides all lines into equally many fields, at least two. If several do, the
+//!    one with most readable fields; if none does, spaces.
+//! 2. **Header**: a line of texts. The file leaves it open if a column has texts in the second line too, or if the first line has the
+//!    numbers 0, 1, 2, ..., which pandas writes for columns without names.
 //! 3. **Units**: a second line of texts above numbers.
 
 use std::collections::HashMap;
@@ -15,20 +15,20 @@ use crate::error::LineProblem;
 use crate::options::ReadOptions;
 use crate::units::split_unit;
 
-/// The lines by which the layout is decided.
+/// The number of lines that decide the layout.
 const LINES: usize = 20;
 
-/// The lines in which a table is looked for that other lines precede, and the fewest of them that must be the table.
+/// How many lines are searched for a table below other lines, and the fewest lines that such a table must have.
 const SEARCHED_LINES: usize = 100;
 const TABLE_LINES: usize = 3;
 
 /// The most lines of a header and units.
 const HEADINGS: usize = 2;
 
-/// What a packed file begins with, such as a workbook.
+/// The first bytes of a packed file, such as a workbook.
 const PACKED: &[u8] = b"PK\x03\x04";
 
-/// What a column without a name is called that counts the rows, as pandas writes its index.
+/// The name for a column without a name that counts the rows, as pandas writes its index.
 pub(crate) const INDEX: &str = "index";
 
 /// How the lines of a file are laid out.
@@ -42,13 +42,13 @@ pub(super) struct Layout {
     pub(super) units: Vec<Option<String>>,
     /// The lines of header and units.
     pub(super) heading_lines: usize,
-    /// The line on which the table seems to begin where other lines precede it.
+    /// The line on which the table seems to begin, if other lines precede it.
     pub(super) table: Option<u64>,
     /// What was decided, as sentences.
     pub(super) notes: Vec<String>,
 }
 
-/// What is wrong, and on which line.
+/// The line, and what is wrong on it.
 pub(super) type Problem = (u64, LineProblem);
 
 /// A line with content.
@@ -58,7 +58,7 @@ struct Line {
 }
 
 impl Line {
-    /// Refuses what is no text in UTF-8.
+    /// Refuses a line that is not text in UTF-8.
     fn check_text(&self) -> Result<(), Problem> {
         let other =
             self.bytes.starts_with(b"\xff\xfe") || self.bytes.starts_with(b"\xfe\xff") || self.bytes.contains(&0);
@@ -81,7 +81,7 @@ fn drop_empty_ends(rows: &mut [Vec<String>]) {
     }
 }
 
-/// Refuses quotes that go on over lines.
+/// Refuses quoted fields that continue on the next line.
 fn check_quotes(rows: &[Vec<String>], lines: &[Line]) -> Result<(), Problem> {
     for (row, line) in rows.iter().zip(lines) {
         for (end, problem) in [('\n', LineProblem::UnclosedQuote), ('\r', LineProblem::CarriageReturn)] {
@@ -118,7 +118,7 @@ impl Layout {
         let quoted = |line: &Line| line.bytes.contains(&b'"');
         let header = match options.header {
             Some(header) => header,
-            // Numbers are seldom quoted, and names that look like numbers should be.
+            // Numbers are seldom quoted, but names that look like numbers should be.
             None if quoted(first) && lines.get(1).is_some_and(|second| !quoted(second)) => true,
             None => has_header(&rows, options).map_err(|problem| (first.number, problem))?,
         };
@@ -162,7 +162,7 @@ impl Layout {
             if name.is_empty() {
                 name = self.unnamed(i, rows, options);
             }
-            // Two columns that differ in their units alone keep them in their names.
+            // Two columns that differ only in their units keep the units in their names.
             let others = sharing.get(&name).map_or(0, |count| count - usize::from(own == name));
             if others > 0 {
                 name = field.clone();
@@ -180,7 +180,7 @@ impl Layout {
         Ok(())
     }
 
-    /// A name for column `i`, which has none: pandas writes its index so.
+    /// A name for column `i`, which has none: pandas writes its index without a name.
     fn unnamed(&mut self, i: usize, rows: &[Vec<String>], options: &ReadOptions) -> String {
         let counts = rows[1..].iter().enumerate().all(|(k, row)| {
             let value = row.get(i).and_then(|field| columns::readable_number(field, options));
@@ -214,8 +214,8 @@ fn first_lines(head: &[u8], skip: u64, count: usize) -> Vec<Line> {
         .collect()
 }
 
-/// The line on which the table seems to begin where other lines precede it: the first line has another number of fields; from the table's
-/// on all lines have equally many, and numbers in the same columns, but for a header and a line of units.
+/// The line on which the table seems to begin, if other lines precede it. The first line then has another number of fields. From the table
+/// on, all lines have equally many, with numbers in the same columns, except for a header and a line of units.
 fn table_below(head: &[u8], options: &ReadOptions) -> Option<u64> {
     let lines = first_lines(head, options.skip, SEARCHED_LINES);
     let found = [b',', b';', b'\t']
@@ -274,7 +274,7 @@ fn separator(lines: &[Line], options: &ReadOptions) -> Result<Option<u8>, Proble
     }
 }
 
-/// The separator of lines that do not have equally many fields, or one: a line that differs is reported later, with its number.
+/// The separator of lines with different numbers of fields, or with one field: a line that differs is reported later, with its number.
 fn irregular(candidates: &[(Option<u8>, Vec<Vec<String>>)], options: &ReadOptions) -> Option<u8> {
     let most = |rows: &Vec<Vec<String>>| rows[1..].iter().filter(|row| row.len() > 1).count() + rows[0].len().min(2);
     let (separator, rows) = candidates
@@ -282,7 +282,7 @@ fn irregular(candidates: &[(Option<u8>, Vec<Vec<String>>)], options: &ReadOption
         .rev()
         .max_by_key(|(_, rows)| most(rows))
         .unwrap_or(&candidates[0]);
-    // One column: its name may have spaces.
+    // In a file of one column, the name may have spaces.
     let is_name = rows[0].iter().any(|field| !columns::is_readable(field, options));
     if separator.is_none() && is_name && rows[1..].iter().all(|row| row.len() == 1) {
         return Some(b',');
@@ -367,7 +367,7 @@ fn rows(lines: &[Line], separator: Option<u8>) -> Vec<Vec<String>> {
     table.map(texts).collect()
 }
 
-/// Text in UTF-8, or else in Latin-1, as instruments write units such as degrees and micrometres.
+/// Text in UTF-8, otherwise in Latin-1: instruments write units such as degrees and micrometres in it.
 pub(super) fn text_of(bytes: &[u8]) -> String {
     match std::str::from_utf8(bytes) {
         Ok(text) => text.to_owned(),

@@ -1,14 +1,14 @@
-//! The lines of a text file as the table's reader wants them.
+//! The lines of a text file in the form that the table's reader needs.
 
 use std::io::{self, BufRead, Read};
 
 use super::LONGEST_LINE;
 use crate::error::LineProblem;
 
-/// The most lines without content that follow each other: a packed file of a few bytes has any number of them. Convention.
+/// The most consecutive lines without content: a packed file of a few bytes can have any number of them. Convention.
 const MOST_IDLE: u64 = 10_000_000;
 
-/// Passes lines on, each at its number, without what is not part of the table.
+/// Passes lines on with their numbers kept, and empties those that are not part of the table.
 ///
 /// A comment (`#`) or a line before the table becomes an empty line, which the reader of the table counts and passes over.
 /// Columns between spaces become columns between tabs.
@@ -18,10 +18,10 @@ pub(super) struct Lines<R> {
     skip: u64,
     /// Whether spaces separate the columns.
     spaces: bool,
-    /// The lines of header and units, behind which instruments leave a line blank.
+    /// The lines of header and units; instruments leave a line blank after them.
     heading: usize,
     line: u64,
-    /// The lines with content that have come.
+    /// The lines with content so far.
     contents: usize,
     /// The first blank line since the last line with content.
     blank: Option<u64>,
@@ -53,7 +53,7 @@ impl<R: BufRead> Lines<R> {
         }
     }
 
-    /// With so many lines of header and units, behind which blank lines mean nothing.
+    /// With this number of lines of header and units: blank lines after these mean nothing.
     pub(super) fn with_heading(self, heading: usize) -> Self {
         Lines { heading, ..self }
     }
@@ -90,12 +90,12 @@ impl<R: BufRead> Lines<R> {
             self.buffer.clear();
             return Ok(());
         }
-        // Every line ends in the same way, also the last.
+        // Every line gets the same ending, the last one too.
         while let Some(b'\n' | b'\r') = self.buffer.last() {
             self.buffer.pop();
         }
         self.buffer.push(b'\n');
-        // A byte-order mark may also stand behind comments that a program put in front of a file.
+        // A byte-order mark may also follow comments that a program has put in front of a file.
         if self.contents == 0 && self.buffer.starts_with(b"\xef\xbb\xbf") {
             self.buffer.drain(..3);
         }

@@ -1,7 +1,7 @@
 //! Records as text: delimited, with or without a header, or in columns between spaces.
 //!
-//! [`layout`] decides from the first lines what separates the columns and what they are called; then every line is read once, and
-//! every column becomes numbers, seconds of time stamps, or something that is no signal.
+//! [`layout`] decides from the first lines how columns are separated and what their names are. Then every line is read once, and every
+//! column becomes numbers, seconds of time stamps, or a column that is no signal.
 
 mod columns;
 mod layout;
@@ -25,11 +25,11 @@ use layout::Layout;
 use lines::Lines;
 pub(crate) use stamps::with_fraction;
 
-/// Bytes at the beginning of a file that decide how it is laid out; more where the first line is longer.
+/// Bytes at the beginning of a file that decide its layout; more if the first line is longer.
 const HEAD: u64 = 1 << 18;
 /// The longest line, bytes: a million columns.
 const LONGEST_LINE: u64 = 32 << 20;
-/// What a column takes besides its samples, of which the first lines are held in pieces, bytes: measured.
+/// The memory of a column in addition to its samples, bytes: measured. The fields of the first lines are held one by one.
 const COLUMN: u64 = 1 << 10;
 
 /// The rows of a table.
@@ -42,7 +42,7 @@ fn table<R: Read>(input: R, separator: u8) -> csv::Reader<R> {
         .from_reader(input)
 }
 
-/// What a field says, without the spaces around it, and without quotation marks after such spaces.
+/// The content of a field, without the spaces around it, and without quotation marks after such spaces.
 fn content(field: &[u8]) -> &[u8] {
     let field = field.trim_ascii();
     let unquoted = field.strip_prefix(b"\"").and_then(|text| text.strip_suffix(b"\""));
@@ -66,7 +66,7 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
         return Err(at((1, LineProblem::Model)));
     }
     budget.take(COLUMN * fields(&head), "the list of columns")?;
-    // The last line may be there in part.
+    // The last line may be incomplete.
     let whole = match head.iter().rposition(|&b| b == b'\n') {
         Some(end) if head.len() as u64 >= HEAD => &head[..=end],
         _ => &head[..],
@@ -78,7 +78,7 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
             lines => Error::AllSkipped { path, lines },
         });
     };
-    // Of one column, a blank line may be a missing sample.
+    // In a file of one column, a blank line may be a missing sample.
     let heading = if layout.names.len() > 1 {
         layout.heading_lines
     } else {
@@ -98,7 +98,7 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
     let mut count = 0;
     while rows.read_byte_record(&mut row).map_err(|error| fail(error.into()))? {
         budget.numbers(columns.len(), "the table")?;
-        // The reader stands behind the row; in front of it there may have been empty lines.
+        // The reader's position is after the row, since empty lines may precede the row.
         let line = rows.position().line() - 1;
         if count >= layout.heading_lines {
             sample_lines.note(count - layout.heading_lines, line);
@@ -126,14 +126,14 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
     Ok(file)
 }
 
-/// At most so many fields has the first line of a text.
+/// An upper bound on the number of fields in the first line of a text.
 fn fields(head: &[u8]) -> u64 {
     let line = head.split(|&byte| byte == b'\n').next().unwrap_or_default();
     let count = |separator| line.iter().filter(|&&byte| byte == separator).count() as u64;
     1 + b",;\t ".iter().map(|&separator| count(separator)).max().unwrap_or(0)
 }
 
-/// The beginning of a text, with the whole of its first line where no line is too long.
+/// The beginning of a text, including its complete first line unless that is too long.
 fn head_of(input: &mut impl Read) -> std::io::Result<Vec<u8>> {
     let mut head = Vec::new();
     loop {
@@ -179,7 +179,7 @@ fn read_row<'a>(
     Ok(())
 }
 
-/// The record of the columns that are signals, and what the others are.
+/// The record of the columns that are signals, with notes on the others.
 fn assemble(path: &Path, layout: Layout, columns: Vec<Column>) -> Result<RecordFile> {
     let mut signals = Vec::new();
     let mut units = Vec::new();
@@ -218,8 +218,8 @@ fn assemble(path: &Path, layout: Layout, columns: Vec<Column>) -> Result<RecordF
     })
 }
 
-/// The columns that are no signals, as a sentence; the first of the `stamps`, which may be instants, before all others. One with some
-/// numbers is told where it is used, and by a look.
+/// A sentence on the columns that are no signals. The first of the `stamps`, which may be instants, comes before all others. A column with
+/// some numbers is left out: it is reported when it is used, and by `flexure look`.
 pub(crate) fn left_out(others: &[Other], stamps: &[usize]) -> Option<String> {
     let instants = stamps.first().map(|&i| &others[i]);
     let others: Vec<&Other> = others

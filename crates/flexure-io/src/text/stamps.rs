@@ -16,10 +16,10 @@ const FORMATS: [&str; 10] = [
     "%H:%M",
 ];
 
-/// What stands for the format of durations: `0 days 00:00:01.5`, as pandas writes them, and `1.5 sec`, as MATLAB does.
+/// The name for the format of durations: `0 days 00:00:01.5`, as pandas writes them, or `1.5 sec`, as MATLAB does.
 const DURATION: &str = "duration";
 
-/// Whether a text looks like a time stamp: numbers, three of them at least, with what stands between and around them in stamps.
+/// Whether a text looks like a time stamp: at least three numbers, with only such characters between and around them as stamps have.
 pub(super) fn look_like(field: &str) -> bool {
     let between = |c: char| "/.-:, TZ+".contains(c) || "APMapm".contains(c);
     let numbers = field
@@ -28,7 +28,7 @@ pub(super) fn look_like(field: &str) -> bool {
     field.chars().all(|c| c.is_ascii_digit() || between(c)) && numbers.count() >= 3
 }
 
-/// The format in which chrono reads a fraction of a second behind a comma or a point: its `%f` alone counts nanoseconds.
+/// The format with which chrono reads a fraction of a second after a comma or a point: its `%f` alone counts nanoseconds.
 pub(crate) fn with_fraction(format: &str) -> String {
     format.replace(",%f", "%.f").replace(".%f", "%.f")
 }
@@ -53,7 +53,7 @@ pub(super) struct Stamps<'a> {
 }
 
 impl<'a> Stamps<'a> {
-    /// The format in which `field` is a time stamp, and that instant; of the one `given`, or else of ISO 8601.
+    /// The format of the time stamp `field`, and its instant. The format is the one `given`, or one of ISO 8601.
     pub(super) fn of(field: &str, given: Option<&'a str>) -> Option<(Self, i64)> {
         let of = |format| {
             let stamps = Stamps { format };
@@ -74,7 +74,7 @@ impl<'a> Stamps<'a> {
         if format == DURATION {
             return duration(field);
         }
-        // A comma or a point may stand before the fraction of a second, which comes last but for a zone.
+        // The fraction of a second follows a comma or a point. It comes last, or before a time zone.
         let field = match (format.contains("%.f"), field.rfind(',')) {
             (true, Some(comma)) => &format!("{}.{}", &field[..comma], &field[comma + 1..]),
             _ => field,

@@ -11,7 +11,7 @@ pub struct JointPage {
     pub title: String,
     /// One sentence below it: what was identified from what.
     pub subtitle: String,
-    /// Whether what was found explains the motion.
+    /// Whether the identified joint explains the motion.
     pub verdict: Option<Verdict>,
     /// The headline numbers, in order.
     pub facts: Vec<Fact>,
@@ -19,7 +19,7 @@ pub struct JointPage {
     pub warnings: Vec<String>,
     /// The estimated curves.
     pub curves: Vec<JointCurve>,
-    /// The physical parameters, a table a form.
+    /// The physical parameters, one table per form.
     pub tables: Vec<ParameterTable>,
     /// Measured against reconstructed and simulated signals.
     pub motions: Vec<Comparison>,
@@ -42,7 +42,7 @@ pub struct JointCurve {
     pub caption: String,
     /// The curve with its band; its `truth` is the physical form fitted to it, or the simulated truth.
     pub curve: Nonlinearity,
-    /// What the legend calls that: "form" or "truth".
+    /// The legend's name for `truth`: "form" or "truth".
     pub dashed: &'static str,
     /// Its data, or none.
     pub points: Scatter,

@@ -25,7 +25,7 @@ pub struct LookPage {
     pub record: Vec<Signal>,
     /// Their sample times, s, or sample numbers.
     pub time: Axis,
-    /// What depends on what.
+    /// Which column depends on which.
     pub dependences: Table,
     /// The correlations of the dependences that are drawn.
     pub correlations: Vec<LagPlot>,

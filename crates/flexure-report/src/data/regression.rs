@@ -23,7 +23,7 @@ pub struct RegressionPage {
     pub surface: Option<Surface>,
     /// The estimate along one column of x while the others stay where they are.
     pub slices: Vec<Slice>,
-    /// What the estimate leaves.
+    /// The residuals of the estimate.
     pub residuals: RegressionResiduals,
     /// What was chosen from data and why.
     pub choices: Vec<Choice>,

@@ -30,7 +30,7 @@ pub struct StudySection {
     pub heading: String,
     /// Its name in the page's navigation.
     pub short: String,
-    /// What was measured and which theory stands beside it.
+    /// What was measured, and which theory it is compared with.
     pub lead: String,
     /// Errors over n.
     pub plots: Vec<RatePlot>,
@@ -62,7 +62,7 @@ pub struct RateLine {
     pub error: Vec<f64>,
 }
 
-/// One line of the table: a measured slope beside theory's.
+/// One line of the table: a measured slope and the theory's exponent.
 #[derive(Debug, Clone, Serialize)]
 pub struct RateRow {
     /// What was measured.

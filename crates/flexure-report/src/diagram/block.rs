@@ -6,7 +6,7 @@ use crate::text::name_and_unit;
 
 /// The least width of a block.
 const LEAST: f64 = 132.0;
-/// Room beside the text of a block.
+/// Room on either side of the text of a block.
 const BESIDE: f64 = 12.0;
 /// The height of its middle.
 const MIDDLE: f64 = 46.0;

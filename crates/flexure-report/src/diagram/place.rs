@@ -13,7 +13,7 @@ const CORNER: f64 = 14.0;
 pub(super) struct Canvas {
     pub shapes: Vec<DrawnShape>,
     direction: Direction,
-    /// Where the place 0 along is drawn, and 1, or -1 on a way back.
+    /// Where the place 0 along is drawn. The sign is 1, or -1 on a way back.
     origin: f64,
     sign: f64,
 }
@@ -77,7 +77,7 @@ impl Canvas {
             Flow::Series(parts) => self.series(parts, along, across),
             Flow::Parallel(parts) => self.beside(parts, true, [along, end], across),
             Flow::Sum(parts) => self.beside(parts, false, [along, end], across),
-            // What follows draws the lines from them.
+            // The next part draws the lines from them.
             Flow::Together(parts) => {
                 for (part, line) in parts.iter().zip(self.places(parts, across)) {
                     let own = self.span(part).along;
@@ -171,7 +171,7 @@ impl Canvas {
         spans.iter().map(place).collect()
     }
 
-    /// A loop: the sum, the way forward on the line, and the way back beside it.
+    /// A loop: the sum, the way forward on the line, and the way back parallel to it.
     fn feedback(&mut self, forward: &Flow, back: &Flow, subtracted: bool, [along, end]: [f64; 2], across: f64) {
         let (front, rear) = (self.span(forward), self.span(back));
         let (first, last) = (along + 2.0 * SUM + TURN, end - TURN);

@@ -55,7 +55,7 @@ pub(super) fn span(flow: &Flow, direction: Direction) -> Span {
             let (width, height) = note_size(value);
             let (along, across) = direction.turned(width, height);
             Span {
-                // The value may reach above the arrows beside the sum.
+                // The text of the constant may extend over the arrows on either side of the sum.
                 along: (along - 2.0 * ARROW).max(2.0 * SUM),
                 before: SUM + CONSTANT + across,
                 after: SUM,

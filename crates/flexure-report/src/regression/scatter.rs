@@ -8,7 +8,7 @@ use crate::limits;
 
 /// Share of the points, at either end, that may lie outside the picture.
 const TAIL: f64 = 0.005;
-/// The picture is cut where showing every point would take this many times the height.
+/// The picture is cut if all points together would need this many times the height.
 const WIDE: f64 = 3.0;
 
 /// Points as they are drawn.
@@ -100,7 +100,7 @@ fn cells(points: &[[f64; 2]], y: [f64; 2]) -> Cells {
     }
 }
 
-/// A histogram of the finite values beside the normal density of their mean and spread.
+/// A histogram of the finite values, with the normal density of the same mean and standard deviation.
 #[derive(Serialize)]
 pub(crate) struct Histogram {
     /// The bins' edges, one more than there are bins.

@@ -67,7 +67,7 @@ pub(crate) fn text<'a>(page: &'a RegressionPage, payload: &Payload<'_>) -> Text<
     }
 }
 
-/// So many points that lie outside a picture; `None` for none.
+/// The number of points outside a picture, as text; `None` for none.
 fn points(outside: usize) -> Option<String> {
     match outside {
         0 => None,
