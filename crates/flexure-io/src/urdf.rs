@@ -246,11 +246,11 @@ fn root<'a>(robot: Node, links: &BTreeMap<&'a str, Node>, joints: &BTreeMap<&str
         [root] => Ok(root),
         [] => Err(at(
             robot,
-            "every link hangs on a joint: the joints form a closed loop, and no link is the base",
+            "every link is the child of a joint: the joints form a closed loop, and no link is the base",
         )),
         [first, second, ..] => {
             let what = format!(
-                "{} links hang on no joint, among them '{first}' and '{second}'; one of them alone may be the base, so fix the others \
+                "{} links are no joint's child, among them '{first}' and '{second}'; only one of them can be the base, so fix the others \
                  to it by joints",
                 roots.len()
             );

@@ -34,14 +34,14 @@ impl Named for Fmi {
     ];
 }
 
-/// How far points of a grid may be from even spacing, relative to its range: what rounding to nine digits leaves.
+/// How far points of a grid may be from even spacing, relative to its range: the effect of rounding to nine digits.
 const UNEVEN: f64 = 1e-8;
-/// The columns behind x in what `flexure regress -o` writes.
+/// The columns after x in the output of `flexure regress -o`.
 const BEHIND: [&str; 3] = ["y", "lower", "upper"];
 
-/// The model of a file: a model file, or a table (.csv, .parquet) such as `flexure joint --friction` and `flexure regress -o` write. In a
-/// table of one x, the second column is a function of the first; in one of several, y is a function on their grid. Beyond its rows the
-/// function has the value of the nearest.
+/// The model of a file: a model file, or a table (.csv, .parquet) as written by `flexure joint --friction` and `flexure regress -o`. In a
+/// table of one x, the second column is a function of the first; in a table of several, y is a function on their grid. Beyond the rows the
+/// function has the value of the nearest row.
 ///
 /// # Errors
 /// Those of [`read_model`] and [`read_record`]; for a table that is neither a curve nor a surface.
@@ -56,7 +56,7 @@ pub fn exportable(path: &Path) -> Result<ModelFile> {
         let surface = surface(&file, x)?;
         return Ok(memoryless(&file, "surface", x, &behind[0], Block::Surface(surface)));
     }
-    // What follows is the band.
+    // The other columns are the band.
     let ([input, output], true) = (
         names.split_at(names.len().min(2)).0,
         names.get(2).is_none_or(|third| third == "lower"),

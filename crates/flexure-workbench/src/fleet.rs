@@ -1,6 +1,6 @@
-//! One model a machine, over a data set of many: the machines found, identified side by side, and their results in a table.
+//! One model per machine, over a data set of many: the machines are found and identified in parallel, and their results put in a table.
 //!
-//! Results are kept one file a machine as soon as they are there, so that a run which was stopped goes on where it was. A machine whose record
+//! Each machine's results are written to a file as soon as they are known, so that a stopped run can be continued. A machine whose record
 //! cannot be used gets a row with its error; the others go on.
 
 use std::collections::{BTreeMap, HashSet};
@@ -30,9 +30,9 @@ pub struct Member {
 /// Where a machine's record is.
 #[derive(Debug, Clone)]
 enum Source {
-    /// In a file of its own, whose record may take so much memory, bytes.
+    /// In its own file. The number is the most memory for its record, bytes.
     File(PathBuf, u64),
-    /// In rows of a file of several.
+    /// In some rows of a file with several machines.
     Rows(Arc<RecordFile>, Vec<usize>),
 }
 
@@ -56,7 +56,7 @@ impl Member {
         }
     }
 
-    /// How much work it is, roughly.
+    /// A rough measure of the work.
     fn size(&self) -> u64 {
         match &self.source {
             Source::File(path, _) => fs::metadata(path).map_or(0, |meta| meta.len()),
@@ -65,7 +65,7 @@ impl Member {
     }
 }
 
-/// How records are read that may take so much memory, bytes.
+/// The reading options for records that may take `memory` bytes.
 fn reading(memory: Option<u64>) -> ReadOptions {
     ReadOptions {
         memory,
@@ -73,9 +73,9 @@ fn reading(memory: Option<u64>) -> ReadOptions {
     }
 }
 
-/// The machines of a data set, in the order of their keys: a file with a column `by`, whose numbers tell them apart; or a folder, searched
-/// through, with folders `by=KEY` or else with one file a machine, which is called like it. `memory` is the
-/// most for a file; if it is not given, the usual one, of which each thread has its part. The folder of the `results` is not searched.
+/// The machines of a data set, in the order of their keys: a file with a column `by` whose numbers distinguish them; or a folder, searched
+/// with its subfolders, with folders `by=KEY` or with one file per machine that has its name. `memory` is the most for a file; by default
+/// the threads share the usual memory. The folder of the `results` is not searched.
 ///
 /// # Errors
 /// Names the data set where it cannot be read, has no machine, or has two of one key.
@@ -103,7 +103,7 @@ pub fn members(dataset: &Path, by: &str, memory: Option<u64>, results: &Path) ->
     Ok(members)
 }
 
-/// Numbers by their size, before text by its letters.
+/// Orders numbers by size, before texts by their letters.
 fn in_order(a: &str, b: &str) -> std::cmp::Ordering {
     match (a.parse::<f64>(), b.parse::<f64>()) {
         (Ok(x), Ok(y)) => x.total_cmp(&y).then_with(|| a.cmp(b)),
@@ -131,7 +131,7 @@ fn of_folder(folder: &Path, by: &str, memory: Option<u64>, results: &Path) -> Re
                 .file_name()
                 .map(|name| name.to_string_lossy().into_owned())
                 .unwrap_or_default();
-            // What begins so is no data by the convention of data sets.
+            // By the convention of data sets, such names are no data.
             if name.starts_with(['.', '_']) {
                 continue;
             }
@@ -148,7 +148,7 @@ fn of_folder(folder: &Path, by: &str, memory: Option<u64>, results: &Path) -> Re
     Ok(members)
 }
 
-/// The key of a file: that of a folder `by=KEY` above it, or else its name.
+/// The key of a file: from a folder `by=KEY` above it, or the file's name.
 fn key_of(path: &Path, by: &str) -> String {
     let parts = path.iter().map(|part| part.to_string_lossy().into_owned());
     let of_part = |part: String| Some(part.strip_prefix(by)?.strip_prefix('=')?.to_owned());
@@ -174,7 +174,7 @@ fn of_file(path: &Path, by: &str, memory: Option<u64>) -> Result<Vec<Member>> {
     Ok(rows.into_values().map(member).collect())
 }
 
-/// What is known of a machine: its row in the table, and a file with its model.
+/// The result for a machine: its row in the table, and the text of its model file.
 pub struct Outcome {
     /// Values by their names.
     pub row: Row,
@@ -192,7 +192,7 @@ pub struct Fleet<'a> {
     pub asked: &'a [String],
 }
 
-/// How a run over the machines went.
+/// The counts of a run over the machines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Counts {
     /// The machines.
@@ -204,10 +204,10 @@ pub struct Counts {
 }
 
 impl Fleet<'_> {
-    /// Makes the folder, or takes one up that was begun with the same choices.
+    /// Makes the folder, or continues with one that was begun with the same choices.
     ///
     /// # Errors
-    /// For a folder of other choices, or one that has something else in it.
+    /// For a folder begun with other choices, or one with other content.
     pub fn open(&self) -> Result<()> {
         let asked = json!({ "by": self.by, "asked": self.asked, "version": env!("CARGO_PKG_VERSION") });
         let path = self.results.join(BEGUN);
@@ -232,11 +232,11 @@ impl Fleet<'_> {
         }
     }
 
-    /// Identifies every machine that has no model yet, the largest first, side by side; `done` hears how many are, of how many. Returns the rows of all, in the
-    /// order of `members`, whatever the number of threads.
+    /// Identifies every machine that has no model yet, in parallel, the largest first. `done` is called with the numbers of done machines
+    /// and of all. Returns all rows in the order of `members`, for any number of threads.
     ///
     /// # Errors
-    /// Only where results cannot be written or read.
+    /// Only if results cannot be written or read.
     pub fn run(
         &self,
         members: &[Member],
@@ -267,7 +267,7 @@ impl Fleet<'_> {
         Ok((rows, counts))
     }
 
-    /// Identifies a machine, and keeps what came of it.
+    /// Identifies a machine, and writes its results.
     fn one(&self, member: &Member, identify: &impl Fn(RecordFile) -> Result<Outcome>) -> Result<()> {
         let mut row: Row = vec![(self.by.to_owned(), json!(member.key))];
         match member.read().and_then(identify) {
@@ -291,7 +291,7 @@ impl Fleet<'_> {
         })?)
     }
 
-    /// The row of an earlier run, if it has a model: what failed is tried again.
+    /// The row of an earlier run, if it has a model: failed machines are tried again.
     fn kept(&self, member: &Member) -> Option<Row> {
         self.row(member).ok().filter(|row| !is_failed(row))
     }
@@ -307,7 +307,7 @@ impl Fleet<'_> {
     }
 }
 
-/// What was asked for when results were begun.
+/// The file with the choices with which the results were begun.
 const BEGUN: &str = "fleet.json";
 /// The folder of rows, and that of models.
 const ROWS: &str = "rows";
@@ -317,7 +317,7 @@ fn is_failed(row: &Row) -> bool {
     row.iter().any(|(name, value)| name == "status" && value == "failed")
 }
 
-/// A key as a file's name: letters, digits and `_-.` as they are, all else by the number of its byte.
+/// A key as a file's name: letters, digits and `_-.` as they are, all other bytes as numbers.
 fn file_name(key: &str) -> String {
     let plain = |b: u8| b.is_ascii_alphanumeric() || b"_-".contains(&b);
     let first_dot = key.starts_with('.');
@@ -328,7 +328,7 @@ fn file_name(key: &str) -> String {
     key.bytes().enumerate().map(part).collect()
 }
 
-/// The single values of an object: numbers, text and truth values, those of objects inside it with their names behind a dot.
+/// The single values of an object: numbers, text and truth values, values of inner objects have their names after a dot.
 pub fn single_values(object: &Value) -> Row {
     let mut row = Row::new();
     let mut open: Vec<(String, &Value)> = vec![(String::new(), object)];
@@ -351,7 +351,7 @@ pub fn single_values(object: &Value) -> Row {
     row
 }
 
-/// A list of texts as one.
+/// A list of texts, joined to one text.
 pub fn joined(list: &Value) -> Value {
     let texts = list.as_array().into_iter().flatten().filter_map(Value::as_str);
     json!(texts.collect::<Vec<_>>().join("; "))

@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use flexure_io::RecordFile;
 
-/// The units of a record's columns: those of its file, else those of the columns that Flexure's simulation writes.
+/// The units of a record's columns: from its file, or the units of the columns that Flexure's simulation writes.
 #[derive(Debug, Clone, Default)]
 pub struct Labels(BTreeMap<String, String>);
 
 impl Labels {
-    /// Those of a file.
+    /// The units of a file's columns.
     pub fn new(file: &RecordFile) -> Self {
         let columns = file.record.names().iter().zip(&file.units);
         let known = columns.filter_map(|(name, unit)| Some((name.clone(), unit.clone()?)));
@@ -23,7 +23,7 @@ impl Labels {
             .map_or_else(|| simulated_unit(column), String::as_str)
     }
 
-    /// The units of those columns of which they are known, by the columns' names.
+    /// The known units of these columns, by the columns' names.
     pub fn units<'a>(&self, columns: impl Iterator<Item = &'a String>) -> BTreeMap<String, String> {
         let known = columns.filter(|column| !self.unit(column).is_empty());
         known

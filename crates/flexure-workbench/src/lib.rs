@@ -1,8 +1,8 @@
-//! What lies between a record and its result: a first look, identification, regression and joints, with their warnings, and the result as text,
-//! JSON, model file and page.
+//! From a record to its result: a first look, identification, regression and joints, with their warnings. The result is text, JSON, a model
+//! file or a page.
 //!
 //! The command line and the Python package both work through this crate, so that they give the same numbers and the same text. It reads no
-//! options and knows no terminal: text is [`Lines`](lines::Lines), which its user wraps; what is being done is reported to a callback.
+//! options and knows no terminal: text is [`Lines`](lines::Lines), which the caller wraps; progress is reported to a callback.
 
 pub mod control;
 pub mod demo;

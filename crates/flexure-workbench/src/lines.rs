@@ -14,16 +14,16 @@ use anstyle::{AnsiColor, Style};
 use flexure::text::{readable, shortened};
 use textwrap::{Options, WordSplitter};
 
-/// The width to which text is wrapped where nothing else is known: few screens are narrower, and longer lines are hard to read.
+/// The default width to which text is wrapped: few screens are narrower, and longer lines are hard to read.
 pub const WIDTH: usize = 100;
 /// Columns of a label.
 const LABEL: usize = 20;
 /// Columns by which a level is indented.
 const INDENT: usize = 2;
-/// What keeps two words on one line; it becomes a blank.
+/// A mark that keeps two words on one line; it is printed as a blank.
 const UNBROKEN: char = '\u{a0}';
 
-/// What a line says at a glance.
+/// The colour of a line: its meaning at a glance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Tone {
     /// Nothing in particular.
@@ -83,7 +83,7 @@ impl Lines {
         Lines::default()
     }
 
-    /// The result in a line. What follows is indented.
+    /// The result in a line. Later lines are indented.
     pub fn headline(&mut self, tone: Tone, text: impl Into<String>) {
         self.level = 0;
         self.push(Kind::Headline, tone, text.into());
@@ -110,7 +110,7 @@ impl Lines {
         self.marked(Tone::Caution, "warning:", text.to_string());
     }
 
-    /// What to know beside a result.
+    /// A note on a result.
     pub fn note(&mut self, text: impl fmt::Display) {
         self.marked(Tone::Caution, "note:", text.to_string());
     }
@@ -120,8 +120,8 @@ impl Lines {
         self.push(Kind::Row, Tone::Plain, text.into());
     }
 
-    /// A table, its header first, which is not wrapped: the columns in `texts` to the left, the others, of numbers, to the right. Long texts
-    /// are shortened.
+    /// A table, its header first, which is not wrapped. Columns in `texts` are aligned left; the others have numbers and are aligned right.
+    /// Long texts are shortened.
     pub fn table<R: AsRef<[String]>>(&mut self, rows: &[R], texts: &[usize]) {
         let short = |row: &R| row.as_ref().iter().map(|cell| shortened(cell)).collect::<Vec<_>>();
         let rows: Vec<Vec<String>> = rows.iter().map(short).collect();
@@ -159,12 +159,12 @@ impl Lines {
         });
     }
 
-    /// The text, wrapped to so many columns, without colours.
+    /// The text, wrapped to this number of columns, without colours.
     pub fn wrapped(&self, columns: usize) -> String {
         self.rendered(columns, |_, text| text.to_owned())
     }
 
-    /// The text, wrapped to so many columns, with the codes of colours.
+    /// The text, wrapped to this number of columns, with the codes of colours.
     pub fn coloured(&self, columns: usize) -> String {
         self.rendered(columns, |style, text| match style.is_plain() {
             true => text.to_owned(),
@@ -213,9 +213,9 @@ impl Line {
     }
 }
 
-/// Text wrapped to so many columns, without hyphens. A word is not broken.
+/// Text wrapped to this number of columns, without hyphens. A word is not broken.
 fn filled(text: &str, columns: usize, first: &str, next: &str) -> String {
-    // Of fewer columns than these, half would be indentation.
+    // With fewer columns, half of the width would be indentation.
     let options = Options::new(columns.max(2 * LABEL))
         .initial_indent(first)
         .subsequent_indent(next)

@@ -1,4 +1,4 @@
-//! Choices and settings that have a name, for options of a command line and for arguments of other languages alike.
+//! Choices and settings with names, used as options of the command line and as arguments in other languages.
 
 /// A choice with its name.
 pub struct NamedValue<T> {
@@ -39,7 +39,7 @@ pub trait Named: Copy + PartialEq + Send + Sync + 'static {
     }
 }
 
-/// How the user of a caller writes a setting with a value, for example "--select block": the messages name settings as remedies.
+/// How a user writes a setting with a value in this interface, for example "--select block". Messages name settings as remedies.
 ///
 /// The settings are "band-method", "estimator", "outside", "position" (of a rigid axis), "select" (the rule that chooses a parameter), "torque-constant" and "weights".
 pub type Spelling = fn(name: &str, value: Option<&str>) -> String;

@@ -1,10 +1,10 @@
-//! What the pages share: places along an axis, phases, curves with bands.
+//! Parts that the pages share: places along an axis, phases, curves with bands.
 
 use flexure::bands::Band;
 use flexure_io::RecordFile;
 use flexure_report::data::{Axis, Nonlinearity};
 
-/// A clock that begins later than this, in s, counts from a date: a plot's labels would be long, and say nothing.
+/// A clock that begins later than this, in s, counts from a date: a plot's labels would be long and useless.
 const LATEST_START: f64 = 86_400.0;
 
 /// The instants of a record's samples from the one of index `first` on, as the record's own clock has them; their indices where there is no
@@ -20,13 +20,13 @@ pub fn time_axis(file: &RecordFile, sample_time: Option<f64>, first: usize) -> A
     axis
 }
 
-/// The least and the greatest value; infinite, in the wrong order, without values.
+/// The least and the greatest value; without values, infinities in the wrong order.
 pub fn extent(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
     let none = [f64::INFINITY, f64::NEG_INFINITY];
     (values.into_iter()).fold(none, |[low, high], v| [low.min(v), high.max(v)])
 }
 
-/// So many places, evenly spaced; the last one is exactly `high`.
+/// `places` evenly spaced places; the last one is exactly `high`.
 pub fn evenly([low, high]: [f64; 2], places: usize) -> Vec<f64> {
     let last = places - 1;
     let place = |i: usize| match i == last {
@@ -36,7 +36,7 @@ pub fn evenly([low, high]: [f64; 2], places: usize) -> Vec<f64> {
     (0..places).map(place).collect()
 }
 
-/// The value in the middle, of an even number the upper one.
+/// The value in the middle; of an even number of values, the upper one.
 pub fn median(values: impl IntoIterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.into_iter().collect();
     let middle = values.len() / 2;

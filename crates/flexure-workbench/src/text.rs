@@ -4,7 +4,7 @@ use flexure::nonlinearity::{EstimatorName, Kernel};
 use flexure::text::short;
 pub use flexure::text::{capitalised, decimal, number};
 
-/// The kernel for reading, where the estimator has one: between `before` and `after`.
+/// The kernel for reading, between `before` and `after`; empty if the estimator has none.
 pub fn kernel_text(name: EstimatorName, kernel: Kernel, before: &str, after: &str) -> String {
     match name.has_bandwidth() {
         true => format!("{before}{} kernel{after}", kernel.name()),

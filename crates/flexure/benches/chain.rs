@@ -1,6 +1,6 @@
 //! The time of a chain's algorithms, one state a call on one core: `cargo bench -p flexure --bench chain`.
 //!
-//! With `-- FOLDER` it writes the chains there as URDF, for the peers of `bench/chains/run`.
+//! With `-- FOLDER` it writes the chains to this folder as URDF, for the peers of `bench/chains/run`.
 
 use std::fmt::Write;
 use std::hint::black_box;
@@ -19,7 +19,7 @@ fn microseconds(mut call: impl FnMut(usize)) -> f64 {
     (0..15).map(run).fold(f64::INFINITY, f64::min)
 }
 
-/// A chain of the presets, whose links' axes are all those of the base, as URDF.
+/// A preset chain as URDF; the frames of all its links have the axes of the base.
 fn urdf(chain: &ChainParameters) -> Result<String, std::fmt::Error> {
     let triple = |v: [f64; 3]| format!("{} {} {}", v[0], v[1], v[2]);
     let mut text = String::from("<robot name=\"chain\">");

@@ -1,6 +1,6 @@
 //! The time of a filter's step and of a recursive model's sample, on one core: `cargo bench -p flexure --bench control`.
 //!
-//! With `-- pushes N` it measures what N samples do to recursive models instead: how far the estimate is from that of a batch of the same
+//! With `-- pushes N` it measures the effect of N samples on recursive models instead: the difference to the batch estimate from the same
 //! samples, and the false alarms of the detector of changes.
 
 use std::hint::black_box;
@@ -13,7 +13,7 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-/// The least time of a call over many short runs, of which some are not interrupted; microseconds.
+/// The least time of a call over many short runs, so that some are not interrupted; microseconds.
 fn microseconds(mut call: impl FnMut(usize)) -> f64 {
     const CALLS: usize = 1000;
     let run = |_| {
@@ -57,8 +57,8 @@ fn apart(a: &RecursiveHammerstein, b: &RecursiveHammerstein) -> f64 {
     both.map(|(a, b)| (a - b).abs() / (1.0 + b.abs())).fold(0.0, f64::max)
 }
 
-/// The estimate of a record that repeats is that of one of its periods: so the few samples of the second model say what the first should
-/// have come to.
+/// The estimate of a periodic record is that of one of its periods: so the second model, with few samples, gives the value that the first
+/// should reach.
 fn pushes(samples: u64) -> flexure::Result<()> {
     let period = period();
     let learnt = |memory, samples: u64| -> flexure::Result<RecursiveHammerstein> {

@@ -15,11 +15,11 @@ use rand_distr::{Distribution, StandardNormal};
 
 /// The bandwidth of the rows with a fixed one.
 const BANDWIDTH: f64 = 0.1;
-/// A row takes about so long, but has at least so many runs.
+/// The approximate time of a row, and its fewest runs.
 const PATIENCE: Duration = Duration::from_millis(700);
 const RUNS: usize = 3;
 
-/// The time that all threads of the process have spent on a processor, s (NaN where the system does not say).
+/// The time that all threads of the process have spent on a processor, s (NaN if the system does not report it).
 fn processor_time() -> f64 {
     let spent = |task: std::io::Result<std::fs::DirEntry>| -> Option<f64> {
         let stat = std::fs::read_to_string(task.ok()?.path().join("schedstat")).ok()?;
@@ -33,7 +33,7 @@ fn processor_time() -> f64 {
 
 /// Starts the record of the peak memory anew.
 fn forget_peak() {
-    // Elsewhere than on Linux there is no such record.
+    // Only Linux has such a record.
     let _ = std::fs::write("/proc/self/clear_refs", "5");
 }
 
@@ -83,7 +83,7 @@ fn dead_zone(n: usize) -> (Vec<f64>, Vec<f64>) {
 }
 
 fn main() -> Result<(), rayon::ThreadPoolBuildError> {
-    // Threads that ended would take the time they spent with them: all stay to the end.
+    // The time of a thread that has ended is lost, so all threads stay to the end.
     let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pools = [pool(1)?, pool(2)?];
     println!("Times in ms: wall and processor on one thread, wall and processor on two; peak memory in MB.");

@@ -11,7 +11,7 @@ use flexure::selection::Criterion;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 
-/// This thread's processor time, s (where the system measures it), else the time of the clock.
+/// This thread's processor time, s, if the system measures it; otherwise the time of the clock.
 fn processor_time(start: Instant) -> f64 {
     let stat = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
     let nanoseconds = stat.split_whitespace().next().and_then(|t| t.parse::<f64>().ok());
@@ -25,7 +25,7 @@ fn row(job: &str, d: usize, n: usize, mut run: impl FnMut()) {
     }
     let start = Instant::now();
     let (mut least, mut batches) = (f64::INFINITY, 0);
-    // The system counts in ticks: batches long enough for those not to matter.
+    // The system counts in ticks, so the batches are long enough for these not to matter.
     while batches < 3 || (start.elapsed().as_secs_f64() < 2.0 && batches < 20) {
         let (begin, mut runs) = (processor_time(start), 0);
         let mut taken = 0.0;

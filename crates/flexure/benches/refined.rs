@@ -1,10 +1,10 @@
-//! The refined identification beside an estimator that knows the linear part:
+//! The refined identification, compared with an estimator that knows the linear part:
 //! `cargo bench -p flexure --bench refined [-- SEEDS [ROWS]]`, only the rows whose name contains ROWS.
 //!
 //! First the common job of `identify.rs` with times; then, for many systems and inputs, the relative L2 error of the
 //! nonlinearity on the middle 95 % of the input's range after affine alignment, n = 20,000, process noise 0.1: median and worst over the
 //! seeds. "Known" is the least-squares fit of cubic B-splines through the true linear part, with the number of knots that is best in
-//! hindsight. The refined identification is told nothing, and keeps a quarter of the record from the fit, which "known" has.
+//! hindsight. The refined identification has no such knowledge, and does not fit a quarter of the record; "known" fits all of it.
 
 use flexure::Record;
 use flexure::identify::RefinedHammerstein;

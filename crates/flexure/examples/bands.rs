@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p flexure --example bands -- RUNS` prints, for every structure, curve and noise, the share of the points of the
 //! curve (over the middle 90 % of its range) that the band covers, and of the coefficients within 1.96 standard errors. The cubic is one
-//! piece of a spline: what misses there is chance. Of tanh the spline is an approximation; a dead zone's corners may be found as kinks or not.
+//! piece of a spline: only chance can miss it. For tanh the spline is an approximation; a dead zone's corners may be found as kinks or not.
 
 use flexure::identify::{Structure, result::BlockKind};
 use flexure::linear::TransferFunction;
@@ -40,7 +40,7 @@ fn run(structure: &str, curve: Known, coloured: bool, seed: u64) -> flexure::Res
     let shaped = TransferFunction::new(vec![1.0], vec![1.0, -0.5])?;
     let u = shaped.simulate(&normal(SAMPLES, &mut random));
     let f = |x: &[f64]| -> Vec<f64> { x.iter().map(|x| curve.1(*x)).collect() };
-    // Behind several inputs the curves have no level of their own: their mean over the fitted samples is zero.
+    // With several inputs, the curves' levels are not determined: their mean over the fitted samples is zero.
     let fitted = &u[..SAMPLES * 3 / 4];
     let level = match structure {
         "multiple-inputs" => f(fitted).iter().sum::<f64>() / fitted.len() as f64,

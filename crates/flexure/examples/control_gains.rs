@@ -1,8 +1,9 @@
-//! Gains of the adaptive laws, by the same search for both: from the same feedback, one gain after the other is made larger or smaller as
-//! long as that helps, then by smaller factors, until so many sets of gains have been tried.
+//! Gains of the adaptive laws, by the same search for both. From the same feedback, one gain after the other is made larger or smaller as
+//! long as that helps, then by smaller factors, until a given number of sets has been tried.
 //!
 //! A set is judged by the largest error of the tip on the square of 12.6 m, with half of the stiffness and with all of it, friction unknown
-//! in both: `cargo run --release -p flexure --example control_gains -- 1000`. The seed is none of those of the figures in the documentation.
+//! in both: `cargo run --release -p flexure --example control_gains -- 1000`. The seed differs from those of the figures in the
+//! documentation.
 
 use flexure::control::controllers::{AdaptiveGains, Composite, CompositeGains, DirectAdaptive};
 use flexure::control::{Controller, Differences, Figures, LoopOptions, TipPath, TurnCounted, run_loop, square};
@@ -15,12 +16,12 @@ const DURATION: f64 = 80.0;
 const SEED: u64 = 1001;
 /// The first factor on a gain, and the smallest.
 const FACTORS: [f64; 2] = [1.6, 1.03];
-/// A run that loses the path counts so much, m.
+/// The error that counts for a run that loses the path, m.
 const LOST: f64 = 1.0;
 
 type Law = fn(&[f64]) -> flexure::Result<Box<dyn Controller>>;
 
-/// What a law is given: names, and where the search begins.
+/// The gains of a law: names, and where the search begins.
 type Start = [(&'static str, f64)];
 
 const DIRECT: [(&str, f64); 13] = [
@@ -113,7 +114,7 @@ fn error(law: Law, gains: &[f64]) -> f64 {
     0.5 * (errors[0] + errors[1])
 }
 
-/// The best gains of so many.
+/// The best gains of `most` sets.
 fn searched(law: Law, start: &Start, most: usize) -> (Vec<f64>, f64) {
     let mut gains: Vec<f64> = start.iter().map(|(_, gain)| *gain).collect();
     let mut best = error(law, &gains);

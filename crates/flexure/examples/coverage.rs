@@ -1,4 +1,4 @@
-//! Prints how often confidence bands cover the truth, by Monte Carlo, beside what they promise.
+//! Prints how often confidence bands cover the truth, by Monte Carlo, and their nominal level.
 //!
 //! ```text
 //! cargo run --release -p flexure --example coverage                  # some minutes on two cores
@@ -41,7 +41,7 @@ const TRUTHS: [Truth; 4] = [
     ("logistic 4x", |x| 1.0 / (1.0 + (-4.0 * x).exp())),
 ];
 
-/// How x and the errors come about.
+/// How x and the errors are drawn.
 #[derive(Clone, Copy)]
 struct Law {
     name: &'static str,
@@ -82,7 +82,7 @@ const LAWS: [Law; 4] = [
     },
 ];
 
-/// Errors with an autoregression of 0.7 beside x that is white, or has one of 0.9.
+/// Errors with an autoregression of 0.7, and x that is white or has one of 0.9.
 const DEPENDENT: [Law; 2] = [
     Law {
         name: "white x, AR(0.7)",
@@ -121,13 +121,13 @@ impl Law {
 
 /// Which points of which bands covered the truth.
 struct Covered {
-    /// Each interior point, of the pointwise band.
+    /// Each interior point, by the pointwise band.
     points: Vec<bool>,
-    /// The other one of a comparison.
+    /// The same for the other band of a comparison.
     plain: Vec<bool>,
     /// The ends of the range.
     ends: Vec<bool>,
-    /// All at once, of the simultaneous band.
+    /// All points at once, by the simultaneous band.
     all: bool,
 }
 
@@ -340,7 +340,7 @@ fn bootstrap(
         };
         method.run(&*refit, &[x], y, None, &[at], &mut |_, _| ControlFlow::Continue(()))
     };
-    // Near the ends of the range, in one go with the interior: some estimators know nothing beyond the data.
+    // Near the ends of the range, evaluated together with the interior: some estimators are not defined beyond the data.
     let near = 0.98 * RANGE;
     let at: Vec<f64> = interior().into_iter().chain([-near, near]).collect();
     let mut points = inside(&band(scheme, BandKind::Pointwise, &at)?, m);

@@ -2,9 +2,9 @@
 //!
 //! Random systems of every kind are integrated between the samples (Runge and Kutta, 20 steps a sample) under a torque that is held
 //! from sample to sample, and noise is added to the output. The table has medians over the systems, and the largest loss of fit: the
-//! fit of the true system and of the model on the fresh quarter, percent; the error of the nonlinearity, as the input that holds the
-//! output, relative to its size over the middle 98 % of what the output visits; how many models hold; seconds; and the first letter
-//! of what enters the nonlinearity (output, difference, hidden).
+//! fit of the true system and of the model on the fresh quarter, percent; the error of the nonlinearity, taken as the input that holds the
+//! output, relative to its size over the middle 98 % of the output's values; how many models hold; seconds; and the first letter of the
+//! signal that enters the nonlinearity (output, difference, hidden).
 
 use std::time::Instant;
 
@@ -146,7 +146,7 @@ fn trial(kind: Kind, db: f64, samples: usize, seed: u64) -> flexure::Result<Tria
     let found = FEEDBACK.identify(&record, &["u"], "y")?;
     let seconds = started.elapsed().as_secs_f64();
     let own = FitMeasures::new(&y[found.fitted..], &y0[found.fitted..])?.fit_percent;
-    // Over the middle 98 % of what the output visits.
+    // Over the middle 98 % of the output's values.
     let mut sorted = y0;
     sorted.sort_by(f64::total_cmp);
     let (low, high) = (sorted[samples / 100], sorted[samples - 1 - samples / 100]);

@@ -7,16 +7,16 @@
 //! ```
 //!
 //! The nonlinear space arm under two multisines of 0.05 to 3 Hz, other ones for each motion, and each motion's log with several
-//! draws of the noise: 1e-5 rad of every encoder, 1 % of the largest torque. Errors of one log hang together all along a curve (a
-//! mean of the torque's noise is an offset of all of the friction), so that the band of a single log covers nearly all of a
-//! curve or misses much of it: only the mean over logs shows the bands' level.
+//! draws of the noise: 1e-5 rad of every encoder, 1 % of the largest torque. The errors of one log are correlated along a curve (the mean
+//! of the torque's noise is an offset of all of the friction). So the band of a single log covers nearly all of a curve or misses much of
+//! it: only the mean over logs shows the bands' level.
 //!
 //! "covers" is the share of points, evenly over the range of deflections or velocities that was visited, at which the band
 //! contains the truth, averaged over the logs; "least" is that of the worst log, "own" counts the band's own points, which are
 //! denser at zero. "z" is the mean over the points of the root mean square of the errors in standard errors, 1 if these are
 //! right; "bias" is the root mean square over the points of a motion of the mean error of its draws in standard errors of that
-//! mean, 1 if there is none. "off" is the relative L2 distance from the truth. "refuted" is the share of logs that refute the true
-//! form at the level of the test, and a false one: the cubic stiffness without wind-up, the friction without its Stribeck part.
+//! mean, 1 if there is none. "off" is the relative L2 distance from the truth. "refuted" is the share of logs that refute the true form at
+//! the level of the test, then that for a false form: the cubic stiffness without wind-up, the friction without its Stribeck part.
 
 use flexure::bands::Band;
 use flexure::identify::robot_joint::{Estimated, Fitted, FormName, REFUTED, TwoLinkArm, TwoLinkLog};

@@ -1,8 +1,8 @@
 //! Prints how often the residual tests reject, by Monte Carlo: a true model at their stated level of 1 %, a wrong one as
 //! often as possible.
 //!
-//! The columns of single tests count p-values below 1 %; "any below 1 %" counts that of any of the seven tests that can refute a model.
-//! "refuted" counts what the library says: the joint level of these seven is 1 %, a seventh for each.
+//! The columns of single tests count p-values below 1 %; "any below 1 %" counts runs in which this holds for any of the seven tests that
+//! can refute a model. "refuted" counts the library's verdict: the joint level of these seven is 1 %, a seventh for each.
 //!
 //! ```text
 //! cargo run --release -p flexure --example levels                # some minutes on two cores
@@ -14,9 +14,9 @@
 //! `--only` prints the rows whose name contains a text, `--runs` sets the number of runs of every row.
 //!
 //! "known": the error is the noise itself, as if the model were exactly the system; n is the number of samples tested.
-//! "identified": the model is of the system's structure and estimated from three quarters of n samples; the tests see the
-//! error on the last quarter and allow for the estimate's own. With a noise model, what is tested for whiteness is that error through the autoregression
-//! that the fit's part gave. "wrong": the model is of another structure than the system.
+//! "identified": the model has the system's structure and is estimated from three quarters of n samples; the tests see the error on the
+//! last quarter and allow for the estimation error. With a noise model, this error is first filtered by the autoregression from the fitted
+//! part, and then tested for whiteness. "wrong": the model has a different structure from the system.
 //!
 //! In parentheses the 95 % interval of the rate (Wilson 1927); a star where it excludes 1 %.
 
@@ -51,7 +51,7 @@ const REFUTED: usize = KINDS.len() + 1;
 /// Samples for transients to decay.
 const BEFORE: usize = 300;
 
-/// The tests of one run; none on too short a record.
+/// The tests of one run; `None` if the record is too short.
 type Tested = flexure::Result<Option<ResidualTests>>;
 
 fn normal(rng: &mut Pcg64, n: usize) -> Vec<f64> {
@@ -84,7 +84,7 @@ fn hammerstein(seed: u64, n: usize, coloured_input: bool, coloured_noise: bool) 
     Ok([u, y, e].map(|v| v[BEFORE..].to_vec()))
 }
 
-/// A coloured input, the saturation of what a first-order lag makes of it, and noise.
+/// A coloured input, its saturation after a first-order lag, and noise.
 fn behind_linear(seed: u64, n: usize, coloured_noise: bool) -> flexure::Result<(Vec<f64>, Vec<f64>, Vec<f64>)> {
     let [u, _, e] = hammerstein(seed, n, true, coloured_noise)?;
     let w = filtered(&[0.3, 0.1], &[1.0, -0.7], &u)?;
@@ -105,7 +105,7 @@ fn sum(y: &[f64], e: &[f64]) -> Vec<f64> {
     y.iter().zip(e).map(|(y, e)| y + e).collect()
 }
 
-/// Which rows are printed, and of how many runs.
+/// Which rows are printed, and with how many runs.
 struct Options {
     scale: u64,
     only: Option<String>,
@@ -128,7 +128,7 @@ impl Options {
     }
 }
 
-/// A table's row: what was tested, and how the signals come about.
+/// A table's row: the tested case, and how its signals are drawn.
 struct Row {
     name: String,
     runs: u64,
@@ -144,8 +144,8 @@ impl Row {
         }
     }
 
-    /// How often each test rejects alone at 1 %, any that can refute a model does so, and the model is refuted; and how many runs could
-    /// be tested.
+    /// Counts of runs in which each test alone rejects at 1 %, any test that can refute a model rejects, and the model is refuted; and of
+    /// runs that could be tested.
     fn counts(&self, runs: u64) -> ([u64; COLUMNS], u64) {
         let each = (0..runs).into_par_iter().filter_map(|seed| {
             let tests = (self.draw)(seed).ok()??;

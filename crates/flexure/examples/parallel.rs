@@ -3,7 +3,7 @@
 //! Ten random sums of two Hammerstein branches, then ten of two Wiener-Hammerstein branches, 10,000 samples, white Gaussian input, white
 //! output noise of 40 dB. Linear blocks have one or two poles of moduli 0.2 to 0.85; nonlinearities are drawn from six,
 //! a different one for each branch, and neither branch has less than a tenth of the output's variance. Prints the fit on fresh data
-//! against the output without noise, beside what was chosen.
+//! against the output without noise, and the chosen structure.
 //!
 //! `parallel wiener-hammerstein` runs one kind, `parallel wiener-hammerstein 7` one system.
 

@@ -2,8 +2,8 @@
 //!
 //! Ten random Wiener-Hammerstein systems (seeds 1 to 10; 1 to 4 poles on either side; limiter, dead zone, cubic; Gaussian or uniform input;
 //! 40 dB output noise; 20,000 samples for the fit, fresh ones without noise), then the SYSID 2009 benchmark's circuit, if
-//! `wiener-hammerstein-2009-estimation.csv` is in `$FLEXURE_DATA`: fitted on 80,000 samples, judged on the next 20,000. With the
-//! argument `circuit` that alone.
+//! `wiener-hammerstein-2009-estimation.csv` is in `$FLEXURE_DATA`: fitted on 80,000 samples, judged on the next 20,000. With the argument
+//! `circuit`, only the circuit is run.
 
 #[path = "structures/polynomial.rs"]
 mod polynomial;

@@ -1,7 +1,7 @@
 //! Distributions of test statistics.
 //!
-//! The only file that names the crate which computes them. That panics on what has no value or lies outside a range; here the result
-//! is then NaN, which no comparison takes for a finding.
+//! This is the only file that names the crate which computes them. That crate panics on arguments without a value or outside a range. Here
+//! the result is then NaN, so that no comparison takes it for a finding.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 pub(crate) use statrs::function::erf::erfc;
@@ -65,7 +65,7 @@ pub(crate) fn fisher_below(x: f64, freedom: [f64; 2]) -> f64 {
     fisher_at(x, freedom, |f, x| f.cdf(x))
 }
 
-/// The probability of an F statistic above `x`, also where that is tiny.
+/// The probability of an F statistic above `x`, accurate even if it is tiny.
 pub(crate) fn fisher_above(x: f64, freedom: [f64; 2]) -> f64 {
     fisher_at(x, freedom, |f, x| f.sf(x))
 }
@@ -98,17 +98,18 @@ fn fisher_at(x: f64, freedom: [f64; 2], of: impl Fn(FisherSnedecor, f64) -> f64)
     }
 }
 
-/// Whether the search for a quantile of the beta distribution, of which Student's and Fisher's are made, ends: far outside it does not.
+/// Whether the search for a quantile of the beta distribution ends; for extreme arguments it does not. Student's and Fisher's quantiles use
+/// it.
 fn is_searched(probability: f64, freedom: [f64; 2]) -> bool {
     (1e-12..1.0 - 1e-12).contains(&probability) && freedom.iter().all(|f| (0.5..1e6).contains(f))
 }
 
-/// Whether the sums keep within their range with these degrees of freedom.
+/// Whether the sums stay within their range with these degrees of freedom.
 fn is_freedom(degrees: f64) -> bool {
     (1e-3..1e9).contains(&degrees)
 }
 
-/// A quantile where `probability` is one.
+/// The quantile if `probability` is a probability; NaN otherwise.
 fn at(probability: f64, quantile: impl Fn(f64) -> f64) -> f64 {
     match (0.0..=1.0).contains(&probability) {
         true => quantile(probability),
@@ -138,7 +139,7 @@ mod tests {
         9e8,
     ];
 
-    /// NaN, or a value; a panic is neither.
+    /// The result is NaN or a value, never a panic.
     #[test]
     fn no_argument_panics() {
         let probability = |p: f64| assert!(p.is_nan() || (-1e-9..=1.0 + 1e-9).contains(&p), "{p}");
@@ -162,7 +163,7 @@ mod tests {
         }
     }
 
-    /// Up to the ends of what is searched, every quantile is found.
+    /// Within the searched range, every quantile is found.
     #[test]
     fn searches_end() {
         let freedoms = [0.5, 0.7, 1.0, 2.0, 3.5, 30.0, 1e4, 9e5];
@@ -185,7 +186,7 @@ mod tests {
         assert_eq!(fisher_above(f64::MAX, [2.0, 10.0]), 0.0);
     }
 
-    /// No other file calls that crate, so that none can forget the guards.
+    /// No other file calls that crate, so no call can bypass the guards.
     #[test]
     fn this_is_the_only_file_that_names_the_crate() {
         fn naming(folder: &std::path::Path, found: &mut Vec<String>) {

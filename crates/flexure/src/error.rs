@@ -5,7 +5,7 @@
 //! | [`DataError`] | samples, columns and records that cannot be used |
 //! | [`ParameterError`] | a parameter that is out of range, or that these data do not allow |
 //! | [`ArmError`] | an arm that is not physical, or a motion that it cannot make |
-//! | [`SimulationError`] | a simulation that cannot be carried on |
+//! | [`SimulationError`] | a simulation that cannot be continued |
 //! | [`Stopped`] | a computation that was asked to stop |
 //!
 //! Messages say what is wrong, where, and what to do about it; samples are counted from 0.
@@ -34,7 +34,7 @@ pub enum Error {
     /// An arm cannot be used.
     #[error(transparent)]
     Arm(#[from] ArmError),
-    /// A simulation could not be carried on.
+    /// A simulation could not be continued.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
     /// A computation was asked to stop.
@@ -69,7 +69,7 @@ impl Error {
         Error::Data(DataError::LengthMismatch { name, got, expected })
     }
 
-    /// The error with other names of its columns: what `name` says of them, where it says something.
+    /// The error with other names for its columns: those that `name` returns, if it returns one.
     pub fn with_columns(mut self, name: impl Fn(&str) -> Option<String>) -> Self {
         if let Error::Data(
             DataError::NonFinite { column, .. }
@@ -158,7 +158,7 @@ pub enum DataError {
         /// What the part is needed for.
         purpose: &'static str,
     },
-    /// One sample is so large that a signal does not vary beside it.
+    /// One sample is so large that the signal hardly varies in comparison.
     #[error(
         "column '{column}' is {} at sample {sample}, beside which all others are constant; remove or repair that sample",
         exact(*.value)
@@ -315,13 +315,13 @@ pub enum DataError {
         joint: usize,
         /// The root mean square of the deflection that the torque explains, rad.
         deflection: f64,
-        /// That of the encoders' noise in a sample of the deflection, rad.
+        /// The root mean square of the encoders' noise in a sample of the deflection, rad.
         noise: f64,
     },
 }
 
 impl DataError {
-    /// The sample at fault, from 0, where it is one.
+    /// The sample at fault, from 0, if there is one.
     pub fn sample(&self) -> Option<usize> {
         match self {
             DataError::NonFinite { sample, .. }
@@ -360,7 +360,7 @@ pub enum ParameterError {
     /// An estimator is given more or fewer columns than it can take.
     #[error("{what} takes {expected}, but {got} were given")]
     ColumnCount {
-        /// What takes them.
+        /// The estimator that takes them.
         what: &'static str,
         /// The number of columns given.
         got: usize,

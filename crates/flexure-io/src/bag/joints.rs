@@ -138,7 +138,9 @@ impl Joints {
             self.order.push(index);
         }
         if self.order.is_empty() {
-            return Err("names no joint, so that nobody can tell whose its values are; record them with names".into());
+            return Err(
+                "names no joint, so it is unclear which joints its values belong to; record it with names".into(),
+            );
         }
         self.last = message.since(&before).to_vec();
         self.phase = phase;

@@ -98,7 +98,7 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
     let mut count = 0;
     while rows.read_byte_record(&mut row).map_err(|error| fail(error.into()))? {
         budget.numbers(columns.len(), "the table")?;
-        // The reader's position is after the row, since empty lines may precede the row.
+        // Counted back from the end of the row, since empty lines may precede it.
         let line = rows.position().line() - 1;
         if count >= layout.heading_lines {
             sample_lines.note(count - layout.heading_lines, line);

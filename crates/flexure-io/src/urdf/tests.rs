@@ -91,7 +91,7 @@ fn bad_files_are_refused_by_line_and_name() {
         (
             "<link name=\"base\"/>",
             "<link name=\"base\"/><link name=\"alone\"/>",
-            "line 3: 2 links hang on no joint, among them 'alone' and 'base'",
+            "line 3: 2 links are no joint's child, among them 'alone' and 'base'",
         ),
         (
             "<limit lower",
@@ -146,7 +146,7 @@ fn bad_files_are_refused_by_line_and_name() {
     let ring = "<joint name=\"ring\" type=\"fixed\"><parent link=\"tool\"/><child link=\"base\"/></joint></robot>";
     let ring = GOOD.replace("</robot>", ring);
     for (text, want) in [
-        (&ring[..], "line 2: every link hangs on a joint"),
+        (&ring[..], "line 2: every link is the child of a joint"),
         (
             "<sdf/>",
             "line 1: the first element is <sdf>; a URDF begins with <robot>",

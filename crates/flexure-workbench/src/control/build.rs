@@ -14,11 +14,11 @@ use flexure_io::arm::{Body, ControllerKind, ControllerTable, EstimatorKind, Moti
 
 use super::ComparedController;
 
-/// The rate of inverse dynamics, 1/s, and the cut-off of differences, Hz, where none is given.
+/// The default rate of inverse dynamics, 1/s, and the default cut-off of differences, Hz.
 const RATE: f64 = 8.0;
 const CUT_OFF: f64 = 10.0;
 
-/// What a loop needs.
+/// The controller and the estimator of a loop.
 pub struct Made {
     pub controller: Box<dyn Controller>,
     pub estimator: MadeEstimator,
@@ -48,7 +48,7 @@ impl MadeEstimator {
     }
 }
 
-/// A trajectory in a box, to be shaped.
+/// A boxed trajectory, for an input shaper.
 struct Boxed(Box<dyn Trajectory>);
 
 impl Trajectory for Boxed {
@@ -69,7 +69,7 @@ pub fn plant(scenario: &Scenario) -> Result<Box<dyn Plant>> {
     })
 }
 
-/// Makes what a controller needs.
+/// Makes a controller with its estimator.
 pub fn make(scenario: &Scenario, compared: &ComparedController) -> Result<Made> {
     match (compared.table, compared.own, &scenario.body) {
         (Some(table), _, Body::Arm { model, .. }) => {
@@ -130,7 +130,7 @@ fn controller(table: &ControllerTable, model: Arm, scenario: &Scenario) -> Resul
 
 fn estimator(table: &ControllerTable, model: Arm, scenario: &Scenario) -> Result<MadeEstimator> {
     let options = &scenario.options;
-    // Rounding to counts is noise of a twelfth of their square; a filter needs some noise in any case.
+    // Rounding to counts is noise with a variance of a twelfth of their square. A filter needs some noise in any case.
     let counts = options.quantum / 12.0_f64.sqrt();
     let noise = NoiseModel {
         encoder: options.encoder_noise.hypot(counts).max(1e-9),

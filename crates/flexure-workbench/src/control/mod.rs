@@ -17,10 +17,10 @@ use flexure_io::check_computed;
 
 pub use outcome::{Outcome, Row, Spread};
 
-/// A controller that a caller brings along.
+/// A controller that the caller provides.
 pub type OwnController = Box<dyn Fn() -> Box<dyn Controller> + Sync>;
 
-/// What is compared: a controller of the scenario, or one that is brought along.
+/// What is compared: a controller of the scenario, or one that the caller provides.
 struct ComparedController<'a> {
     name: String,
     table: Option<&'a ControllerTable>,
@@ -33,7 +33,7 @@ impl ComparedController<'_> {
     }
 }
 
-/// What a run was judged by.
+/// The figures by which a run is judged.
 struct Judged {
     figures: Figures,
     unshaped: Option<f64>,
@@ -43,10 +43,10 @@ struct Judged {
 /// The most runs of all controllers together.
 const MOST_RUNS: usize = 1_000_000;
 
-/// The parts of a run after which its progress is told.
+/// The number of parts of a run; progress is reported after each.
 const PARTS: usize = 64;
 
-/// How far all runs are.
+/// The progress of all runs.
 struct Watch<'a> {
     done: AtomicUsize,
     all: usize,
@@ -59,7 +59,7 @@ impl Watch<'_> {
         self.stopped.load(Ordering::Relaxed)
     }
 
-    /// So many more parts are done.
+    /// Reports that `parts` more are done.
     fn advance(&self, parts: usize) {
         let done = parts + self.done.fetch_add(parts, Ordering::Relaxed);
         if (self.progress)(done as f64 / self.all as f64).is_break() {
@@ -68,7 +68,7 @@ impl Watch<'_> {
     }
 }
 
-/// The controllers of a scenario, and those that are brought along, each with a name of its own.
+/// The controllers of a scenario and those of the caller, each with a unique name.
 fn compared<'a>(scenario: &'a Scenario, own: &'a [(String, OwnController)]) -> Result<Vec<ComparedController<'a>>> {
     let tables = scenario.controllers.iter().map(|table| ComparedController {
         name: table.name.clone(),
@@ -90,7 +90,7 @@ fn compared<'a>(scenario: &'a Scenario, own: &'a [(String, OwnController)]) -> R
     Ok(all)
 }
 
-/// Refuses runs that are none, too many, or take too much memory.
+/// Refuses a comparison without runs, with too many, or with runs that take too much memory.
 fn check_runs(scenario: &Scenario, seeds: usize, controllers: usize) -> Result<()> {
     let runs = seeds.saturating_mul(controllers);
     if seeds == 0 {
@@ -101,7 +101,7 @@ fn check_runs(scenario: &Scenario, seeds: usize, controllers: usize) -> Result<(
             "{seeds} runs of {controllers} controllers are {runs}, but they can be at most {MOST_RUNS}; use fewer seeds"
         );
     }
-    // What is kept, and what is under way, has the 25 columns of a record.
+    // Kept runs and running ones each have the 25 columns of a record.
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let rows = scenario.options.sampling.rows();
     Ok(check_computed(
@@ -112,11 +112,11 @@ fn check_runs(scenario: &Scenario, seeds: usize, controllers: usize) -> Result<(
 
 /// Runs all controllers of a scenario, and those in `own`, with `seeds` runs of each (left out: as the scenario says).
 ///
-/// `progress` is called with the share that is done, from several threads, and stops the work by `Break`. What comes out is the same for any
+/// `progress` is called with the share that is done, from several threads, and stops the work by `Break`. The result is the same for any
 /// number of threads.
 ///
 /// # Errors
-/// For a scenario whose controllers cannot be made, and where the work was stopped. A controller that makes the arm unstable is part of
+/// For a scenario whose controllers cannot be made, and if the work was stopped. A controller that makes the arm unstable is part of
 /// the result.
 pub fn compare(
     scenario: &Scenario,
@@ -131,7 +131,7 @@ pub fn compare(
         .flat_map(|i| (0..seeds as u64).map(move |k| (i, k)))
         .collect();
     let plant = build::plant(scenario)?;
-    // What cannot be made is found before anything runs.
+    // Controllers that cannot be made are found before anything runs.
     for controller in &all {
         build::make(scenario, controller)?;
     }
@@ -143,7 +143,7 @@ pub fn compare(
         stopped: AtomicBool::new(false),
         progress,
     };
-    // Of each controller the first run that was carried through; others would take too much memory.
+    // Each controller's first run that was completed; keeping others would take too much memory.
     let firsts: Vec<Mutex<Option<(u64, Run)>>> = all.iter().map(|_| Mutex::default()).collect();
     let results = batch(&jobs, |&(i, k)| {
         if watch.is_stopped() {
@@ -280,7 +280,7 @@ fn driven(
         &options,
         &mut tell,
     );
-    // A run that failed is done too.
+    // A failed run counts as done too.
     watch.advance(PARTS - told);
     let run = run?;
     let figures = Figures::new(&run, &scenario.links(), trajectory.end());

@@ -1,4 +1,4 @@
-//! What came out of a scenario, as text and JSON.
+//! The results of a scenario, as text and JSON.
 
 use flexure::control::estimation::Consistency;
 use flexure::control::{Figures, Run};
@@ -41,9 +41,9 @@ pub struct Row {
     pub tip_error_max: Spread,
     /// The root mean square of that distance, m.
     pub tip_error_rms: Spread,
-    /// The tip's vibration behind the motion, in percent of the diagonal of the box around its reference.
+    /// The tip's vibration after the motion, in percent of the diagonal of the box around its reference.
     pub residual_vibration: Spread,
-    /// The same, in percent of what the same controller leaves without its shaper.
+    /// The same, in percent of the vibration that the same controller leaves without its shaper.
     pub residual_of_unshaped: Option<Spread>,
     /// The largest torque, N m.
     pub torque_peak: Spread,
@@ -51,11 +51,11 @@ pub struct Row {
     pub velocity_error: Spread,
     /// The consistency of its filter.
     pub consistency: Option<Consistency>,
-    /// The runs that were carried through.
+    /// The number of completed runs.
     pub seeds: usize,
     /// What went wrong in the others.
     pub failure: Option<String>,
-    /// The first run that was carried through.
+    /// The first completed run.
     pub run: Option<Run>,
 }
 
@@ -112,7 +112,7 @@ impl Row {
     }
 }
 
-/// What came out.
+/// The results.
 pub struct Outcome {
     /// A row a controller.
     pub rows: Vec<Row>,
@@ -142,7 +142,7 @@ pub(super) fn short(value: f64) -> String {
 }
 
 impl Outcome {
-    /// The controller of the smallest largest error of the tip.
+    /// The controller whose largest error of the tip is smallest.
     pub fn best(&self) -> Option<&Row> {
         let finite = self.rows.iter().filter(|row| row.tip_error_max.median.is_finite());
         finite.min_by(|a, b| a.tip_error_max.median.total_cmp(&b.tip_error_max.median))

@@ -129,7 +129,7 @@ impl Outcome {
         }
     }
 
-    /// A flexible link has no second one.
+    /// A flexible link has no second link.
     fn is_arm(&self) -> bool {
         self.links[1].length > 0.0
     }

@@ -1,4 +1,4 @@
-//! Both joints of a simulated space arm, identified from its log and laid over the truth.
+//! Both joints of a simulated space arm, identified from its log and drawn over the truth.
 
 use std::collections::BTreeMap;
 
@@ -54,7 +54,7 @@ pub fn under_fresh_torques(arm: &ArmFile) -> ArmFile {
     fresh
 }
 
-/// The identified arm beside the true one.
+/// The identified arm and the true one.
 pub struct BothJoints {
     joints: TwoLink,
     motions: Vec<Motion>,
@@ -101,7 +101,7 @@ impl BothJoints {
     /// The identified arm, driven by its log, as the text of an arm file.
     ///
     /// # Errors
-    /// Where what was identified is no arm.
+    /// If the identified parameters are not those of an arm.
     pub fn arm_file(&self) -> Result<String> {
         let place = Place {
             joint: 0,
@@ -132,7 +132,7 @@ pub struct FreshRun {
 }
 
 impl FreshRun {
-    /// Of two records of the same run.
+    /// From two records of the same run.
     ///
     /// # Errors
     /// For records without angles.
@@ -174,7 +174,7 @@ impl FreshRun {
     }
 }
 
-/// A free curve beside the true one.
+/// How near a free curve is to the true one.
 struct Nearness {
     what: &'static str,
     /// The relative distance in the mean square.
@@ -195,7 +195,7 @@ impl Nearness {
     }
 }
 
-/// The value that a joint has of a parameter of stiffness or friction.
+/// A joint's true value of a parameter of stiffness or friction.
 fn true_value(joint: &JointParameters, symbol: &str) -> Option<f64> {
     let [g1, g2, g3, g4, g5, g6] = joint.friction.unwrap_or_default().0;
     let known = [
@@ -231,7 +231,7 @@ impl BothJoints {
         constants(&self.joints.arm).into_iter().zip([shoulder, elbow, coupling])
     }
 
-    /// The curves of a joint beside the true ones.
+    /// How near a joint's curves are to the true ones.
     fn nearness(&self, joint: usize) -> [Nearness; 2] {
         let (axis, truth) = (&self.joints.arm.joints[joint], &self.truth.joints[joint]);
         let (stiffness, friction) = (truth.nonlinear_stiffness(), truth.friction.unwrap_or_default());
@@ -241,7 +241,7 @@ impl BothJoints {
         ]
     }
 
-    /// What was identified, beside the truth.
+    /// The identified values, compared with the truth.
     pub fn summary(&self, fresh: &FreshRun) -> Lines {
         let log = &self.joints.log;
         let [first, second] = fresh.fits().map(|fit| fit.percent);

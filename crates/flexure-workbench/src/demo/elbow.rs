@@ -1,4 +1,4 @@
-//! The elbow alone as a chain of blocks, and what refutes that.
+//! The elbow alone as a chain of blocks, and the tests that refute this model.
 
 use flexure::Record;
 use flexure_io::arm::{Amplitude, ArmFile};
@@ -25,7 +25,7 @@ pub fn elbow_alone(arm: &ArmFile) -> ArmFile {
     alone
 }
 
-/// What the elbow's page has beside the result.
+/// What the elbow's page shows in addition to the result.
 pub fn elbow_decoration(arm: &ArmFile, record: &Record, identified: &Identified, command: String) -> Decoration {
     let lengths = arm.arm.links.map(|link| link.length);
     let caption = "The elbow's test, seen from above the plane of motion: the shoulder's brake holds.".to_owned();
@@ -38,7 +38,7 @@ pub fn elbow_decoration(arm: &ArmFile, record: &Record, identified: &Identified,
     }
 }
 
-/// What was identified of the elbow alone, and why it does not hold.
+/// The model of the elbow alone, and why it does not hold.
 pub fn elbow_summary(identified: &Identified) -> Lines {
     let mut lines = identified.summary();
     if refuted(identified) {

@@ -16,7 +16,7 @@ pub use arm::{BothJoints, FreshRun, LOG_PRESET, logged_arm, under_fresh_torques}
 pub use elbow::{ELBOW_COLUMNS, elbow_alone, elbow_decoration, elbow_summary};
 pub use views::{Steps, VIEW_FILES, View, views};
 
-/// The preset of the elbow's slow test, which two of the three views are of.
+/// The preset of the elbow's slow test; two of the three views use it.
 const SLOW_PRESET: &str = "elbow-test";
 /// The elbow.
 const JOINT: usize = 1;
@@ -31,7 +31,7 @@ fn friction(arm: &ArmFile) -> Friction {
     arm.arm.joints[JOINT].friction.unwrap_or_default()
 }
 
-/// The steady velocity under friction beside the nonlinearity of a model from torque to velocity.
+/// The steady velocity under friction, for comparison with the nonlinearity of a model from torque to velocity.
 fn beside_friction(friction: &Friction, identified: &Identified) -> Result<Decoration> {
     let remark = "That is as it should be: friction acts on the velocity, which is feedback, and a static nonlinearity before a \
                   linear part can only come near it.";
@@ -51,8 +51,7 @@ fn nonlinearity(identified: &Identified) -> Result<&Curve> {
     curve.context("the model has no static nonlinearity")
 }
 
-/// The steady velocity under friction, with the scale and offset, which the data do not determine, that lay it best onto the
-/// estimate.
+/// The steady velocity under friction. Its scale and offset, which the data do not determine, are fitted to the estimate.
 fn aligned_velocity(curve: &Curve, friction: Friction) -> impl Fn(f64) -> f64 + Send + use<> {
     let (x, y) = (curve.x(), curve.y());
     let truth: Vec<f64> = x.iter().map(|&tau| steady_velocity(&friction, tau)).collect();

@@ -18,11 +18,11 @@ use crate::text::number;
 const ENCODER: f64 = 1e-5;
 /// Points of a curve.
 const POINTS: usize = 201;
-/// Places of the joint at which the estimate from both angles is looked at.
+/// The number of places of the joint at which the estimate from both angles is evaluated.
 const PLACES: usize = 9;
-/// A torque that changes less along the joint's way, relatively, is the deflection's alone.
+/// If the torque changes relatively less than this along the joint's way, it is a function of the deflection alone.
 const ALONE: f64 = 0.02;
-/// The share of the samples on either side that does not count where places and deflections are spread over the data.
+/// The share of the samples at either end that is left out when places and deflections are spread over the data.
 const TRIMMED: f64 = 0.02;
 
 /// Simulates and estimates.
@@ -91,7 +91,7 @@ fn measured(motion: &Record, kappa: &Stiffness) -> flexure::Result<Record> {
 struct Deflection {
     band: Band,
     bandwidth: f64,
-    /// Relative distance from the truth, and the share of it that the band covers.
+    /// Relative distance from the truth, and the share of the true curve that the band covers.
     error: f64,
     covered: f64,
 }
@@ -118,9 +118,9 @@ impl Deflection {
     }
 }
 
-/// The torque over both angles, which may depend on where the joint stands.
+/// The torque over both angles: it may depend on the joint's place.
 struct BothAngles {
-    /// Over the deflections the mean of the torque over all places, with its least and its largest value.
+    /// Over the deflections: the mean of the torque over all places, with its least and its largest value.
     curve: Nonlinearity,
     bandwidths: Vec<f64>,
     /// Relative distance from the truth over all deflections and places.
@@ -130,8 +130,8 @@ struct BothAngles {
 }
 
 impl BothAngles {
-    /// E(torque | q, qm), in the coordinates q + qm over 2 and qm - q: the angles themselves are nearly equal, and all that
-    /// matters lies across their diagonal.
+    /// E(torque | q, qm), in the coordinates (q + qm)/2 and qm - q: the angles themselves are nearly equal, and the torque changes across
+    /// their diagonal.
     fn new(q: &[f64], qm: &[f64], y: &[f64], kappa: &Stiffness) -> Result<Self> {
         let place: Vec<f64> = q.iter().zip(qm).map(|(q, m)| 0.5 * (q + m)).collect();
         let d: Vec<f64> = q.iter().zip(qm).map(|(q, m)| m - q).collect();
@@ -145,7 +145,7 @@ impl BothAngles {
         let mut curve = Nonlinearity::default();
         let (mut off, mut size, mut change) = (0.0, 0.0, 0.0);
         for (&d, values) in at.iter().zip(values.chunks(PLACES)) {
-            // Where a place has not been at such a deflection there is no estimate.
+            // There is no estimate if no data lie near this place and deflection.
             let seen: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
             let centre = seen.iter().sum::<f64>() / seen.len() as f64;
             let truth = kappa.torque(d);
@@ -169,7 +169,7 @@ impl BothAngles {
         })
     }
 
-    /// Whose function the torque is.
+    /// The variables that the torque is a function of, for reading.
     fn dependence(&self) -> &'static str {
         match self.change < ALONE {
             true => "the deflection's alone",

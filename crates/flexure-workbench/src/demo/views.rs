@@ -17,10 +17,10 @@ pub(super) const NOISE: f64 = 0.01;
 /// How much slower than the preset's the torque of job 3 is.
 const SLOWER: f64 = 3.0;
 
-/// What the files of the views are called, without an extension.
+/// The names of the views' files, without an extension.
 pub const VIEW_FILES: [&str; 3] = ["1-stiffness", "2-deflection-to-velocity", "3-torque-to-velocity"];
 
-/// A view: a record, and what was identified from it beside the truth.
+/// A view: a record, and the model identified from it, compared with the truth.
 pub struct View {
     /// Its name in JSON.
     pub name: &'static str,
@@ -152,9 +152,9 @@ fn deflection(steps: &Steps, command: &str) -> Result<View> {
 
 /// Job 3: torque, sampled slowly, to link velocity: friction as a dead zone, an approximation.
 ///
-/// The preset holds each torque as long as viscous friction takes to stop the link (M / g6): the link is still on its way to the
-/// velocity of that torque when it is sampled, and comes the farther the less it rubs. Three times as long, and it has
-/// nearly arrived.
+/// The preset holds each torque as long as viscous friction takes to stop the link (M / g6): when the link is sampled, it has not yet
+/// reached the velocity of that torque, and it comes closer with less friction. Here each torque is held three times as long, so the
+/// velocity is nearly reached.
 fn torque(steps: &Steps, command: &str) -> Result<View> {
     let mut arm = slow_arm()?;
     arm.run.duration *= 0.5 * SLOWER;
@@ -190,7 +190,7 @@ fn torque(steps: &Steps, command: &str) -> Result<View> {
 }
 
 impl View {
-    /// A model beside the truth, with its fit.
+    /// A view of a model and the truth, with the model's fit.
     fn new(
         name: &'static str,
         of_record: IdentifiedRecord,

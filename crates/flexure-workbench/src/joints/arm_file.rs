@@ -1,4 +1,4 @@
-//! What was identified as an arm: to be simulated, and as an arm file.
+//! Identified joints as an arm, for simulation and as an arm file.
 
 use anyhow::{Result, anyhow, bail};
 use flexure::identify::robot_joint::{Fitted, FlexibleAxis, FormName, RigidAxis, TwoLinkArm};
@@ -11,7 +11,7 @@ use flexure_io::arm::{ArmError, ArmFile, DriveKind, Excitation, Kind, Run};
 use super::Log;
 use super::text::{estimate, with_error};
 
-/// What the file of an arm without a template says of the links of a flexible joint.
+/// The comment on the links in the file of a flexible joint without a template.
 const FLEXIBLE: &str = "\
 # A joint's log tells the inertia about its axis, no mass, length or centre of mass: those below are placeholders, the inertia is in the
 # moment of inertia of the moving link. The motion of this joint is right; for links that move together give the true ones, and
@@ -19,23 +19,23 @@ const FLEXIBLE: &str = "\
 
 ";
 
-/// What the file of a two-link arm without a template says of the links.
+/// The comment on the links in the file of a two-link arm without a template.
 const TWO_LINK: &str = "\
 # A log tells three constants of the links, not their masses, lengths and centres of mass: those below are one choice with these
 # constants, and move in the same way. For the true ones give lengths and centres of mass by --template.
 
 ";
 
-/// What the file of a rigid axis says of the links.
+/// The comment on the links in the file of a rigid axis.
 const RIGID: &str = "\
 # A rigid axis: a log tells the inertia about it, no mass, length or centre of mass; those below are placeholders, the inertia is in the
 # moment of inertia of the moving link.
 ";
 
-/// The mass of a link that is not there, kg.
+/// The mass of a placeholder link, kg.
 const NOTHING: f64 = 1e-9;
 
-/// A link of this moment of inertia about its joint, as good as without mass.
+/// A link with this moment of inertia about its joint, and nearly without mass.
 fn placeholder(inertia: f64) -> Link {
     Link {
         mass: NOTHING,
@@ -45,7 +45,7 @@ fn placeholder(inertia: f64) -> Link {
     }
 }
 
-/// What an arm file says that no log shows.
+/// The parts of an arm file that no log shows.
 pub struct Place {
     /// Which joint of the arm a single joint is: 0, the shoulder, or 1, the elbow.
     pub joint: usize,
@@ -55,7 +55,7 @@ pub struct Place {
     pub excitation: Excitation,
 }
 
-/// The torques of a record beside the arm file.
+/// The torques of a record in the arm file's folder.
 pub fn recorded(file: &str) -> Excitation {
     Excitation {
         kind: Kind::Record,
@@ -88,10 +88,10 @@ fn joint(axis: &FlexibleAxis) -> JointParameters {
     }
 }
 
-/// An arm of which one joint moves, with a link of this inertia about it; the other is locked at zero.
+/// An arm with one moving joint and a link of this inertia about it; the other joint is locked at zero.
 fn single(moving: usize, inertia: f64, joint: JointParameters, model: JointKind) -> ArmParameters {
     let mut links = [placeholder(0.0); 2];
-    // What the placeholders have about the shoulder is taken off.
+    // The placeholders' inertia about the shoulder is subtracted.
     links[moving] = placeholder(inertia - if moving == 0 { NOTHING } else { 0.0 });
     let mut joints = [joint; 2];
     joints[1 - moving].locked = true;
@@ -162,7 +162,7 @@ pub fn rigid(axis: &RigidAxis, prismatic: bool, log: &Log, place: Place) -> Resu
     };
     let possible = axis.friction.forms.iter().filter(smooth);
     let Some(form) = possible.min_by(|a, b| a.bic.total_cmp(&b.bic)) else {
-        bail!("an arm file has smooth friction only, of which no form with positive factors fits this axis");
+        bail!("an arm file can hold only smooth friction, and no smooth form with positive factors fits this axis");
     };
     let g = ["g1", "g2", "g3", "g4", "g5", "g6"].map(|g| form.parameter(g).map_or(0.0, |p| p.value));
     let joint = JointParameters {
@@ -177,7 +177,7 @@ pub fn rigid(axis: &RigidAxis, prismatic: bool, log: &Log, place: Place) -> Resu
     }
     if let Some(offset) = form.parameter("F0") {
         header.push_str(&format!(
-            "# Its log has a constant {} of {} beside these, which an arm file cannot hold: take it off the ones that you play.\n",
+            "# Its log also has a constant {} of {}. An arm file cannot hold it: subtract it from the values that you play.\n",
             if prismatic { "force" } else { "torque" },
             with_error(estimate(offset))
         ));
@@ -198,7 +198,7 @@ fn state(log: &Log, joint: usize, velocities: &[f64]) -> State {
     state
 }
 
-/// The state in which the log of flexible joints starts, of which `joint` is the first.
+/// The state in which the log of flexible joints starts; `joint` is the first of them.
 fn started(log: &Log, joint: usize, axes: &[&FlexibleAxis]) -> State {
     let velocities: Vec<f64> = axes.iter().map(|axis| axis.link.friction.x[0]).collect();
     state(log, joint, &velocities)
@@ -235,9 +235,9 @@ pub fn two_link_arm(arm: &TwoLinkArm, log: &Log, template: Option<[Link; 2]>) ->
     })
 }
 
-/// Links that move with these constants: of the template's geometry, or of a first link as long as 1 m.
+/// Links that move with these constants: with the template's geometry, or with a first link of 1 m.
 ///
-/// Without a template, equal shares of shoulder and elbow inertia are in the second link's mass.
+/// Without a template, the second link's mass contributes equal shares of the shoulder's and the elbow's inertia.
 fn links(dynamics: LinkDynamics, template: Option<[Link; 2]>) -> Result<[Link; 2]> {
     let LinkDynamics {
         shoulder,
@@ -287,7 +287,7 @@ fn links(dynamics: LinkDynamics, template: Option<[Link; 2]>) -> Result<[Link; 2
     Ok(links)
 }
 
-/// The text of the file of an arm in the run of a log, behind a header.
+/// The text of the file of an arm in the run of a log, after a header.
 fn text(header: &str, arm: ArmParameters, initial: State, log: &Log, excitation: Excitation) -> Result<String> {
     let file = ArmFile {
         arm,
@@ -303,7 +303,7 @@ fn text(header: &str, arm: ArmParameters, initial: State, log: &Log, excitation:
         noise: None,
     };
     let text = file.to_toml()?;
-    // What is written must read back, and run.
+    // The text must be readable again, and the arm must run.
     let read = ArmFile::from_toml_str(&text, "");
     read.map_err(|error| unusable(&without_place(&error)))?;
     try_out(&file, log).map_err(|error| unusable(&error.to_string()))?;
@@ -329,7 +329,7 @@ fn unusable(why: &str) -> anyhow::Error {
     )
 }
 
-/// What is wrong with an arm, without the line of a text that nobody has.
+/// What is wrong with an arm, without a line number: the user does not have this text.
 fn without_place(error: &ArmError) -> String {
     match error {
         ArmError::Format { message, .. } => message.clone(),

@@ -28,13 +28,13 @@ pub struct Found {
 pub struct Axis {
     /// What distinguishes it.
     pub name: String,
-    /// What was found, or why nothing was.
+    /// The identified axis, or why it could not be identified.
     pub found: Result<Found>,
 }
 
 /// Several axes of a log.
 pub struct Axes {
-    /// What the log is called.
+    /// The log's name.
     log: String,
     units: Units,
     /// The axes, in the order in which they were asked for.
@@ -42,10 +42,10 @@ pub struct Axes {
 }
 
 impl Axes {
-    /// Identifies the axes of these names, one after the other; `prismatic`: all of them are.
+    /// Identifies the axes of these names, one after the other; `prismatic` applies to all of them.
     ///
     /// # Errors
-    /// Where no axis can be identified.
+    /// If no axis can be identified.
     pub fn new(
         log: &str,
         prismatic: bool,
@@ -74,7 +74,7 @@ impl Axes {
         })
     }
 
-    /// What was identified, an object an axis.
+    /// The results, one object per axis.
     pub fn json(&self) -> Value {
         let axes = self.axes.iter().map(|axis| {
             let mut object = match &axis.found {
@@ -110,7 +110,7 @@ impl Axes {
         lines
     }
 
-    /// The page that shows all axes, a section each, without the command that makes it again.
+    /// The page that shows all axes in sections, without the command that makes it again.
     pub fn page(&self) -> JointPage {
         let overview = Table {
             title: "All axes".to_owned(),
@@ -215,7 +215,7 @@ impl Axis {
         self.found.as_ref().is_ok_and(|found| found.row().holds)
     }
 
-    /// What to know of it: of its columns, then its findings; or its error.
+    /// Notes on the axis: on its columns, then its findings; or its error.
     fn notes(&self) -> Vec<(Tone, String)> {
         match &self.found {
             Err(error) => vec![(Tone::Bad, format!("{error:#}"))],

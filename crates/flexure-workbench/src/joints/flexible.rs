@@ -29,7 +29,7 @@ impl Joint for Flexible {
     }
 
     fn simulate(&self, _: Option<AxisDrive>) -> Result<Vec<Motion>> {
-        // An arm has no gravity, and without it the joint would not move as this one does.
+        // An arm file has no gravity, and without it the joint would move differently.
         if !self.axis.link.extras.is_empty() {
             return Ok(Vec::new());
         }

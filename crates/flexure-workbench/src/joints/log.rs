@@ -9,7 +9,7 @@ use crate::Spelling;
 
 /// The log of the axes that move.
 pub struct Log {
-    /// What it is called in text and on pages: a file's name without its folder.
+    /// Its name in text and on pages: a file's name without its folder.
     pub name: String,
     /// s.
     pub sample_time: f64,
@@ -37,7 +37,7 @@ impl Log {
         self.axes.first().map_or(0, |axis| axis.position.len())
     }
 
-    /// The torques of both joints of an arm over so many samples; zero of one that is locked.
+    /// The torques of both joints of an arm over `rows` samples; zero for a locked joint.
     pub(super) fn torques(&self, rows: usize, locked: [bool; 2]) -> [Vec<f64>; 2] {
         let mut axes = self.axes.iter();
         locked.map(|locked| {

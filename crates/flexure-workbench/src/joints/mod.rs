@@ -1,6 +1,6 @@
 //! Joints and arms from their logs: identified, simulated under their own torques, and as text, JSON, page, curves and arm file.
 //!
-//! A [`Log`] of one axis without a motor angle is that of a rigid axis, with one that of a flexible joint; two axes are a two-link arm.
+//! A [`Log`] of one axis is that of a rigid axis, or of a flexible joint if it has a motor angle; two axes are a two-link arm.
 //! [`identify`] returns what all of them have in common, a [`Joint`]. [`Axes`] are several joints of one log, each treated alone.
 
 mod arm_file;
@@ -39,10 +39,10 @@ pub(crate) use text::{Constant, constants, estimate, with_error};
 pub use text::{Units, parameter_text};
 pub(crate) use two_link::TwoLink;
 
-/// Standard errors by which a negative inertia is no chance.
+/// A negative inertia of more standard errors than this is no chance.
 const CLEARLY: f64 = 3.0;
 
-/// What is known of a joint besides its log.
+/// What is known about a joint in addition to its log.
 #[derive(Debug, Clone, Default)]
 pub struct Settings {
     /// Terms that act on a rigid axis.
@@ -67,17 +67,17 @@ pub struct Curves {
 
 /// An identified joint or arm with its log.
 pub trait Joint: Send + Sync {
-    /// What was identified, without simulated motions.
+    /// The results, without simulated motions.
     fn json(&self) -> Value;
 
-    /// The simulated motion under the recorded torque, of every axis; none where the simulation fails. A rigid axis is also simulated in a
+    /// The simulated motion of every axis under the recorded torque; none if the simulation fails. A rigid axis is also simulated in a
     /// position loop, if one is given.
     ///
     /// # Errors
     /// For a sample time with which nothing can be simulated.
     fn simulate(&self, position_loop: Option<AxisDrive>) -> Result<Vec<Motion>>;
 
-    /// The simulated motions, as the field of that name.
+    /// The simulated motions, as a field with its name.
     fn motions_json(&self, motions: &[Motion]) -> (&'static str, Value);
 
     /// A short account, the result first.
@@ -98,10 +98,10 @@ pub trait Joint: Send + Sync {
         })
     }
 
-    /// The text of the file of the arm of which it is a part.
+    /// The text of the file of the arm that the joint belongs to.
     ///
     /// # Errors
-    /// Where no arm file can be made of it, or the template contradicts what was identified.
+    /// If no arm file can be made of it, or the template contradicts the identified values.
     fn arm_file(&self, place: Place) -> Result<String>;
 
     /// The curves of every axis.
@@ -113,7 +113,7 @@ pub trait Joint: Send + Sync {
     /// What to know before trusting it, of every axis.
     fn findings(&self) -> Vec<&Finding>;
 
-    /// A single joint as a row of a table; of an arm its shoulder.
+    /// A single joint as a row of a table; for an arm, its shoulder.
     fn row(&self, motions: &[Motion]) -> Row;
 }
 
@@ -125,7 +125,7 @@ fn html(page: JointPage) -> Result<String> {
 /// Identifies a joint or an arm from its log, which comes from `file`.
 ///
 /// # Errors
-/// Those of the library, with the file and its names of the columns; for inertias that are clearly negative.
+/// Those of the library, with the file and its columns' names; for inertias that are clearly negative.
 pub fn identify(log: Log, settings: &Settings, file: &RecordFile, spelling: Spelling) -> Result<Box<dyn Joint>> {
     log.check_deflections(spelling)?;
     let located = |log: &Log, error| file.locate(log.renamed(error));

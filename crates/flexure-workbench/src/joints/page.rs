@@ -17,7 +17,7 @@ use super::{Log, Motion};
 use crate::plots::{banded, median};
 use crate::text::{capitalised, decimal, number};
 
-/// A stiffness whose band is wider than this share of its median is not shown.
+/// A stiffness is not shown if its band is wider than this share of its median.
 const WIDEST_BAND: f64 = 0.03;
 /// Standard errors from which an offset of clocks differs from zero.
 const DISTINGUISHED: f64 = 3.0;
@@ -240,7 +240,7 @@ fn typeset(text: &str) -> String {
     text.replace("^2", "²").replace("^3", "³")
 }
 
-/// What is to be known before trusting a result; that a torque is held from sample to sample is how it should be.
+/// The warnings about a result. A torque that is held from sample to sample is normal and needs none.
 fn warnings(findings: &[Finding]) -> impl Iterator<Item = String> {
     let worth = |f: &&Finding| !matches!(f, Finding::TorqueDelay { held: true, .. });
     findings.iter().filter(worth).map(ToString::to_string)
@@ -265,7 +265,7 @@ fn without_wide_band(mut curve: Nonlinearity) -> Nonlinearity {
     let wide: Vec<bool> = (0..curve.x.len())
         .map(|i| !(curve.upper[i] - curve.lower[i] < widest))
         .collect();
-    // Next to zero nothing in between is known either.
+    // Between deflections next to zero, nothing is known either.
     let farthest = curve.x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let near = wide.iter().zip(&curve.x);
     let near = near.filter(|(wide, x)| **wide && x.abs() < NEXT * farthest);
@@ -291,7 +291,7 @@ fn table(form: &Fitted, units: &Units) -> ParameterTable {
     }
 }
 
-/// The torque of axis `i` and its simulated motions beside the measured ones; `of` is what the headings call the axis.
+/// The torque of axis `i`, and its simulated motions with the measured ones; `of` is the axis's name in the headings.
 fn comparisons(
     log: &Log,
     i: usize,

@@ -24,7 +24,7 @@ pub struct Rigid {
 }
 
 impl Rigid {
-    /// The axis, which is prismatic or not.
+    /// The axis; `prismatic` says whether it moves along a line.
     pub fn new(mut axis: RigidAxis, prismatic: bool, log: Log) -> Self {
         if prismatic {
             // There are no turns to be counted in metres.
@@ -37,7 +37,7 @@ impl Rigid {
         Units::of(self.prismatic)
     }
 
-    /// The form with which the axis is simulated: polished, where halves that were held back confirm it.
+    /// The form with which the axis is simulated: the polished one, if held-back halves of the log confirm it.
     fn simulated(&self) -> &Fitted {
         let polished = self.axis.polished.as_ref().filter(|polished| polished.is_used);
         polished.map_or(self.axis.friction.best(), |polished| &polished.form)
@@ -174,7 +174,7 @@ fn polished_json(polished: &Polished, units: &Units) -> Value {
     })
 }
 
-/// What polishing by the free run did.
+/// The effect of polishing by the free run, as text.
 fn polished_text(polished: &Polished, units: &Units) -> String {
     let [before, after] = polished.error.map(number);
     let [held_back, polished_held_back] = polished.held_back.map(number);

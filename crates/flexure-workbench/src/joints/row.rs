@@ -10,7 +10,7 @@ use super::text::{Outcome, Units, estimate, with_error};
 /// What is known of a quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Quantity {
-    /// The axis has none, as a rigid one has no stiffness.
+    /// The axis does not have this quantity, as a rigid one has no stiffness.
     Absent,
     /// The data do not determine it.
     NotIdentifiable,
@@ -28,7 +28,7 @@ pub struct Column {
 #[derive(Clone, Copy)]
 enum Kind {
     Inertia,
-    /// The powers of torque and position or velocity in the unit; whether it is that of a stiffness.
+    /// The powers of torque and position or velocity in the unit; whether the curve is a stiffness.
     Curve([i32; 2], bool),
     Milliseconds,
 }
@@ -64,7 +64,7 @@ pub struct Row {
     pub quantities: [Quantity; COLUMNS.len()],
     /// What is wrong with it, in a word or two.
     pub verdict: &'static str,
-    /// Whether nothing is.
+    /// Whether nothing is wrong.
     pub holds: bool,
 }
 
@@ -78,7 +78,7 @@ impl Quantity {
         }
     }
 
-    /// What must be positive: not told where it is not.
+    /// A quantity that must be positive: not identifiable if its value is not.
     fn positive(estimated: Estimated) -> Quantity {
         match estimated.is_positive() {
             true => Quantity::Found(estimated),
@@ -95,7 +95,7 @@ impl Quantity {
 }
 
 impl Row {
-    /// Of a rigid axis.
+    /// The row of a rigid axis.
     pub fn of_rigid(axis: &RigidAxis, outcome: &Outcome) -> Row {
         let of_joint = match &axis.stiff {
             None => [Quantity::Absent; 2],
@@ -104,7 +104,7 @@ impl Row {
         Row::new(axis.inertia, &axis.friction, of_joint, outcome)
     }
 
-    /// Of a flexible joint: its link.
+    /// The row of a flexible joint, with the values of its link.
     pub fn of_flexible(axis: &FlexibleAxis, outcome: &Outcome) -> Row {
         let skew = match axis.competing.contains(&Effect::EncoderSkew) {
             true => Quantity::NotIdentifiable,
@@ -127,7 +127,7 @@ impl Row {
         }
     }
 
-    /// The row as JSON: `null` for what an axis does not have, without a value for what the data do not tell.
+    /// The row as JSON: `null` for quantities that the axis does not have, no value for those that the data do not determine.
     pub fn json(&self) -> Value {
         let cells = COLUMNS.iter().zip(&self.quantities);
         let mut object: serde_json::Map<String, Value> = cells

@@ -1,4 +1,4 @@
-//! What was identified, simulated beside the measured motion.
+//! Simulated motions of identified joints, compared with the measured ones.
 
 use flexure::identify::robot_joint::FlexibleAxis;
 use flexure::manipulator::{Arm, ArmParameters, Drive, SimulationOptions, State, simulate};
@@ -11,9 +11,9 @@ pub struct Motion {
     pub drive: &'static str,
     /// The positions of the axis or its link.
     pub position: Vec<f64>,
-    /// How near they are to the measured ones.
+    /// How close they are to the measured ones.
     pub fit: Fit,
-    /// The fit of the link's velocity in percent; not known of a rigid axis.
+    /// The fit of the link's velocity in percent; not known for a rigid axis.
     pub velocity_fit_percent: f64,
 }
 
@@ -44,7 +44,7 @@ impl Fit {
 }
 
 /// The motion of every joint that the log has, simulated under its torques, held from sample to sample; none where the simulation
-/// fails. An arm of which one joint moves has a log of one axis, and the other joint no torque.
+/// fails. If only one joint of an arm moves, the log has one axis, and the other joint gets no torque.
 ///
 /// # Errors
 /// For a sample time with which nothing can be simulated.

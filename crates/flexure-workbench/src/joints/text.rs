@@ -13,9 +13,9 @@ use crate::text::{capitalised, number};
 
 /// The units of a joint's quantities.
 pub struct Units {
-    /// Of positions: rad or m.
+    /// The unit of positions: rad or m.
     pub position: &'static str,
-    /// Of torques: N m or N.
+    /// The unit of torques: N m or N.
     pub torque: &'static str,
     /// What acts on the joint: a torque or a force.
     pub effort: &'static str,
@@ -23,7 +23,7 @@ pub struct Units {
 }
 
 impl Units {
-    /// Those of a prismatic or a revolute joint.
+    /// The units of a prismatic or a revolute joint.
     pub fn of(prismatic: bool) -> Units {
         let [position, torque, effort] = match prismatic {
             true => ["m", "N", "force"],
@@ -37,12 +37,12 @@ impl Units {
         }
     }
 
-    /// Of inertias.
+    /// The unit of inertias.
     pub fn inertia(&self) -> &'static str {
         if self.prismatic { "kg" } else { "kg m^2" }
     }
 
-    /// Of the columns of a curve's record, by what stands in them.
+    /// The units of the columns of a curve's record, by their quantities.
     pub fn of_columns(&self, record: &Record) -> Vec<Option<String>> {
         let unit = |name: &String| match name.as_str() {
             "velocity" => format!("{}/s", self.position),
@@ -53,7 +53,7 @@ impl Units {
         record.names().iter().map(|name| Some(unit(name))).collect()
     }
 
-    /// Of a parameter of a curve of stiffness or friction, by the powers of torque and deflection or velocity.
+    /// The unit of a parameter of stiffness or friction, from the powers of torque and of deflection or velocity.
     pub fn of_curve(&self, [torque, x]: [i32; 2], stiffness: bool) -> String {
         let (per_second, second) = if stiffness { ("", "") } else { ("/s", "s") };
         let torque = if torque == 0 { "" } else { self.torque };
@@ -80,7 +80,7 @@ pub fn with_error(estimated: Estimated) -> String {
     }
 }
 
-/// An inertia for reading: what is not clearly positive is not given as a number.
+/// An inertia for reading: no number is given if it is not clearly positive.
 pub fn inertia_text(inertia: Estimated, units: &Units) -> String {
     let unit = units.inertia();
     if inertia.is_positive() || !inertia.standard_error.is_finite() {
@@ -92,7 +92,7 @@ pub fn inertia_text(inertia: Estimated, units: &Units) -> String {
     }
 }
 
-/// An inertia as JSON: no less than zero, with the range that the data support where they do not tell it from zero.
+/// An inertia as JSON: at least zero, with the range that the data support if they do not distinguish it from zero.
 pub fn inertia_json(inertia: Estimated) -> Value {
     json!({
         "value": if inertia.value < 0.0 { 0.0 } else { inertia.value },
@@ -115,7 +115,7 @@ pub fn parameter_text(parameter: &Parameter, unit: &str) -> String {
     format!("{} {}", parameter.symbol, parameter_value(parameter, unit))
 }
 
-/// The value of a parameter for reading, or what is known of it.
+/// The value of a parameter for reading, or what is known about it.
 pub fn parameter_value(parameter: &Parameter, unit: &str) -> String {
     if parameter.identifiable {
         return format!("{} {unit}", with_error(estimate(parameter)));
@@ -145,7 +145,7 @@ pub fn formula(form: &Fitted) -> String {
     }
 }
 
-/// The best form for reading: how near it is to the free curve, then its formula and an item a parameter.
+/// The best form for reading: its distance from the free curve, then its formula and an item for each parameter.
 pub fn write_form(form: &Fitted, units: &Units, lines: &mut Lines) {
     lines.sentence(format!("{}, smallest BIC: {}", titled(form), lack_text(form)));
     lines.deeper(|lines| {
@@ -164,7 +164,7 @@ pub fn write_parameters(form: &Fitted, units: &Units, lines: &mut Lines) {
     }
 }
 
-/// What is known of the parameters of a form: first those that the data determine; those of which the same is known together.
+/// What is known about the parameters of a form: first those that the data determine. Parameters with the same text share a row.
 pub fn parameter_rows<'a>(form: &'a Fitted, units: &Units) -> impl Iterator<Item = (Vec<&'a str>, String)> {
     let unit = |p: &Parameter| units.of_curve(p.unit, form.form.is_stiffness());
     let mut rows: Vec<(Vec<&str>, String)> = Vec::new();
@@ -179,7 +179,7 @@ pub fn parameter_rows<'a>(form: &'a Fitted, units: &Units) -> impl Iterator<Item
     rows.into_iter()
 }
 
-/// The other forms that were tried: how near each is to the free curve, and its parameters in a row.
+/// The other forms that were tried: the distance of each from the free curve, and its parameters in one row.
 pub fn write_others<'a>(forms: impl Iterator<Item = &'a Fitted>, units: &Units, lines: &mut Lines) {
     for form in forms {
         lines.sentence(format!("{}: {}", titled(form), lack_text(form)));
@@ -242,7 +242,7 @@ pub fn fitted_json(form: &Fitted, units: &Units) -> Value {
     })
 }
 
-/// Over what a free curve was seen.
+/// The range over which a free curve was seen.
 pub fn range_text(band: &Band, unit: &str) -> String {
     let x = &band.x[0];
     format!(
@@ -252,13 +252,13 @@ pub fn range_text(band: &Band, unit: &str) -> String {
     )
 }
 
-/// What an identified joint or arm explains of its log.
+/// How well an identified joint or arm explains its log.
 pub struct Outcome<'a> {
     /// What drove its simulated motions, and how near they are, percent; empty where none could be simulated.
     fits: Vec<(&'static str, f64)>,
-    /// The forms of every joint, the friction last; the test of that is the test of all of them together.
+    /// The forms of every joint, the friction last; the friction's test is the test of all of them together.
     joints: Vec<Vec<&'a Fitted>>,
-    /// Why nothing of it is to be trusted yet.
+    /// Reasons why no result can be trusted yet.
     doubts: Vec<&'static str>,
 }
 
@@ -273,7 +273,7 @@ enum Fault {
 }
 
 impl<'a> Outcome<'a> {
-    /// Of simulated motions, of the forms of every joint, the friction last, and of what was found besides.
+    /// From the simulated motions, the forms of every joint (the friction last), and the other findings.
     pub fn new(
         motions: &[Motion],
         joints: impl IntoIterator<Item = Vec<&'a Fitted>>,
@@ -346,7 +346,7 @@ impl<'a> Outcome<'a> {
         )
     }
 
-    /// The first line of its text: `what` it is, whether that is to be trusted, its `inertia`, and how near its simulated motions are.
+    /// The first line of its text: `what` it is, whether it can be trusted, its `inertia`, and how close its simulated motions are.
     pub fn write_headline(&self, what: &str, inertia: &str, lines: &mut Lines) {
         let doubts = match &self.doubts[..] {
             [] => String::new(),
@@ -355,7 +355,7 @@ impl<'a> Outcome<'a> {
         lines.headline(self.tone(), format!("{what}{doubts}: {inertia}; {}", self.motion()));
     }
 
-    /// The same as the verdict of its page.
+    /// The same content, as the verdict of the page.
     pub fn verdict(&self) -> Verdict {
         let fault = self.fault();
         let has_stiffness = self.joints.iter().any(|forms| forms.len() > 1);
@@ -404,9 +404,9 @@ impl<'a> Outcome<'a> {
     }
 }
 
-/// A fit below this, in percent, is that of a motion that has run away.
+/// A fit below this, in percent, means that the simulated motion has run away.
 const RUN_AWAY: f64 = -1000.0;
-/// A fit below this, in percent, is poor: the motion misses a fifth of the measured one's spread. Convention.
+/// A fit below this, in percent, is poor: the error is a fifth of the measured motion's spread. Convention.
 const POOR: f64 = 80.0;
 
 /// How near a simulated motion is to the measured one.
@@ -427,9 +427,9 @@ pub fn write_findings(findings: &[Finding], lines: &mut Lines) {
 
 /// A constant of the links of an arm.
 pub struct Constant {
-    /// What it is called.
+    /// Its name.
     pub name: &'static str,
-    /// What it is made of.
+    /// Its formula.
     pub formula: &'static str,
     /// kg m^2.
     pub value: Estimated,

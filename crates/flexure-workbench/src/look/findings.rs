@@ -1,4 +1,4 @@
-//! What is worth knowing of a record, in sentences.
+//! What is worth knowing about a record, in sentences.
 
 use flexure::look::{Clock, Column, ColumnRelation, Look, Relation, Stop};
 use flexure::text::{capitalised, counted, number, short};
@@ -8,14 +8,14 @@ use crate::text::quoted;
 
 /// Samples that a sentence lists.
 const LISTED: usize = 3;
-/// Jitter of the instants, in steps, that is worth saying: more than printed digits.
+/// Jitter of the instants, in steps, that is reported: larger than the rounding of printed digits.
 pub const NOTED_JITTER: f64 = 0.01;
 /// A column whose power lies below this part of half the sampling frequency is sampled much faster than needed. Convention.
 const SLOW: f64 = 0.02;
 /// Steps in a column's standard deviation below which its grid is coarse. Convention: the rounding then is a tenth of it or more.
 const COARSE: f64 = 3.0;
 
-/// Steps of rounding in a column's range above which they are not worth saying: those of a converter of 16 bits.
+/// With more steps of rounding in its range, a column's rounding is not reported: those of a converter of 16 bits.
 const FINE: f64 = 65536.0;
 /// Deviation of a factor from 1 up to which two columns are nearly the same. Convention.
 const SAME_FACTOR: f64 = 1e-3;
@@ -29,7 +29,7 @@ pub struct Finding {
     pub warning: bool,
 }
 
-/// All of a record's, the instants first, then column by column, then pairs.
+/// All findings of a record: the instants first, then column by column, then pairs.
 pub fn findings(file: &RecordFile, look: &Look, seconds: f64, sample_time: Option<f64>) -> Vec<Finding> {
     let mut list = List {
         file,
@@ -57,7 +57,7 @@ struct List<'a> {
     findings: Vec<Finding>,
 }
 
-/// What follows a list that shows so many of all.
+/// The end of a list that shows only `shown` of `all`.
 fn more(all: usize, shown: usize) -> String {
     match all > shown {
         true => format!(" and {} more", all - shown),
@@ -127,7 +127,7 @@ impl List<'_> {
         }
     }
 
-    /// What a column is like; whether another one `has_time`, the instants.
+    /// The findings of a column; `has_time` says whether another column has the instants.
     fn column(&mut self, column: &Column, has_time: bool) {
         let name = &column.name;
         let all = self.file.record.len();
@@ -203,7 +203,7 @@ impl List<'_> {
         }
     }
 
-    /// Columns that are made of others, of all derivatives in one sentence.
+    /// Columns that are computed from others; all derivatives are in one sentence.
     fn relations(&mut self, look: &Look, sample_time: Option<f64>) {
         let name = |i: usize| look.columns[i].name.clone();
         let (mut columns, mut of) = (Vec::new(), Vec::new());

@@ -13,7 +13,7 @@ use super::suggestion::Suggestion;
 use crate::joints::{AxisLog, Log, Settings, identify};
 use crate::text::quoted;
 
-/// Samples of all axes together up to which the suggested identification is tried. Convention: a few seconds.
+/// Up to this number of samples of all axes, the suggested identification is tried. Convention: it takes a few seconds.
 const MOST_TRIED: usize = 25_000;
 /// Standard errors by which an inertia differs from zero.
 const CLEARLY: f64 = 3.0;
@@ -23,22 +23,22 @@ const CLEARLY: f64 = 3.0;
 struct Joint<'a> {
     torque: &'a str,
     position: &'a str,
-    /// The motor's angle, where the joint has an encoder before its gear too.
+    /// The motor's angle, if the joint also has an encoder before its gear.
     motor: Option<&'a str>,
 }
 
-/// What a look says of joints.
+/// What a look finds about joints.
 pub(super) enum Outcome {
-    /// `flexure joint`, which was tried where that does not last too long.
+    /// `flexure joint` fits; it was tried, unless that takes too long.
     Fits(Suggestion),
-    /// The record is that of a joint, but none can be identified from it: why, in a sentence.
+    /// The record is that of a joint, but the joint cannot be identified: a sentence says why.
     Fails(String),
-    /// Nothing says that the record is that of a joint, or that it was of use to say so.
+    /// Nothing shows that the record is that of a joint, or saying so would not help.
     None,
 }
 
-/// `flexure joint`, where the names say that the record is of a joint, or where a position integrates a torque. It is tried where the samples
-/// are evenly spaced.
+/// Suggests `flexure joint` if the names say that the record is of a joint, or if a position integrates a torque. The command is tried if
+/// the samples are evenly spaced.
 pub(super) fn suggestion(file: &RecordFile, request: &Request, look: &Look, sample_time: Option<f64>) -> Outcome {
     let joints = joints(request, look);
     let Some(&first) = joints.first() else {
@@ -85,7 +85,8 @@ fn is_arm(joints: &[Joint]) -> bool {
     joints.len() == 2 && joints.iter().all(|j| j.motor.is_some())
 }
 
-/// What may be identified, the best first: an arm, else the first joint, flexible, or rigid and seen by either of its encoders.
+/// The candidates for identification, the best first: an arm; otherwise the first joint, as a flexible one, or as a rigid one at either of
+/// its encoders.
 fn candidates<'a>(joints: &[Joint<'a>]) -> Vec<Vec<Joint<'a>>> {
     if is_arm(joints) {
         return vec![joints.to_vec()];
@@ -101,7 +102,7 @@ fn candidates<'a>(joints: &[Joint<'a>]) -> Vec<Vec<Joint<'a>>> {
     flexible.into_iter().chain(rigid).map(|joint| vec![joint]).collect()
 }
 
-/// What may act beside the torque: gravity or a spring where a rigid axis was not seen to integrate it.
+/// What may act in addition to the torque: gravity or a spring, if a rigid axis was not seen to integrate its torque.
 fn extras(look: &Look, joints: &[Joint]) -> Vec<Option<Extra>> {
     match joints[0].motor.is_some() || integration(look, &joints[0]) {
         true => vec![None],
@@ -109,7 +110,8 @@ fn extras(look: &Look, joints: &[Joint]) -> Vec<Option<Extra>> {
     }
 }
 
-/// Whether the joints can be identified: their inertias clearly differ from zero, and the simulated motion is nearer than none.
+/// Whether the joints can be identified: their inertias clearly differ from zero, and the simulated motion is closer to the measured one
+/// than standstill.
 fn trial(file: &RecordFile, joints: &[Joint], command: &Command, sample_time: f64) -> Result<(), String> {
     let constant = command.constant.map_or(1.0, |(_, value)| value);
     let column =
@@ -166,7 +168,7 @@ struct Command<'a> {
     extra: Option<Extra>,
     notes: Vec<String>,
     given: Option<f64>,
-    /// The torques of the joints beside it.
+    /// The torques of the other joints.
     others: Vec<String>,
 }
 
@@ -292,7 +294,7 @@ fn integration(look: &Look, joint: &Joint) -> bool {
     (look.integrations.iter()).any(|i| name(i.input) == joint.torque && positions.contains(&Some(name(i.output))))
 }
 
-/// The joints of a record: what is given decides, then the names of the columns, then a position that integrates a torque.
+/// The joints of a record: from the user's choice, then from the names of the columns, then from a position that integrates a torque.
 fn joints<'a>(request: &Request<'a>, look: &'a Look) -> Vec<Joint<'a>> {
     if !request.inputs.is_empty() || request.output.is_some() {
         return given_joint(request, look).into_iter().collect();
@@ -339,7 +341,7 @@ fn named_joints(look: &Look) -> Vec<Joint<'_>> {
                 motor: link.and(motor),
             })
         })
-        // A force and a position may be of anything that has a spring.
+        // A force and a position may belong to any mechanism with a spring.
         .filter(|joint| joint.motor.is_some() || is_torque(joint.torque) || integration(look, joint))
         .collect()
 }
@@ -354,7 +356,7 @@ fn integrating_joint(look: &Look) -> Option<Joint<'_>> {
         let says = |i: usize, wanted: &[Role]| {
             is_neutral(name(i)) || role(name(i)).is_some_and(|(role, _)| wanted.contains(&role))
         };
-        // A level integrates a flow too, and is no joint.
+        // A fluid level integrates a flow too, but is no joint.
         let axis = says(i.input, &[Role::Torque]) && says(i.output, &[Role::Position, Role::MotorPosition]);
         axis && !look.relations.iter().any(derivative)
     };

@@ -1,4 +1,4 @@
-//! What `flexure look` does between reading and writing: what a record is like, and the command that fits it.
+//! What `flexure look` does between reading and writing: the properties of a record, and the command that fits it.
 
 mod findings;
 mod joint;
@@ -84,7 +84,7 @@ impl<'a> Inspection<'a> {
         Labels::new(self.file).of(self.name(column))
     }
 
-    /// The dependences that say something new: not those of derivatives, nor those between columns that are nearly the same.
+    /// The dependences that say something new: dependences of derivatives, and those between nearly equal columns, are left out.
     fn dependences(&self) -> Vec<&Dependence> {
         let is_derivative = |i: usize| {
             (self.look.relations.iter()).any(|k| k.column == i && matches!(k.relation, Relation::Derivative { .. }))
@@ -188,7 +188,7 @@ impl<'a> Inspection<'a> {
     }
 }
 
-/// A number without what rounding of printed instants leaves.
+/// A number without the rounding error of printed instants.
 fn tidy(value: f64) -> f64 {
     format!("{value:.8e}").parse().unwrap_or(value)
 }

@@ -15,7 +15,7 @@ const DRAWN: usize = 6;
 const ROWS: usize = 40;
 
 impl Inspection<'_> {
-    /// The page that shows everything; `next` is the command that is suggested as it is typed, `command` makes the page again.
+    /// The page that shows everything; `next` is the suggested command as it is typed; `command` makes the page again.
     ///
     /// # Errors
     /// For numbers that cannot be drawn.
@@ -60,7 +60,7 @@ impl Inspection<'_> {
         }
     }
 
-    /// Whether a column is drawn: all but the instants, what counts the samples, and what does not vary.
+    /// Whether a column is drawn: not the instants, a count of the samples, or a constant.
     fn is_drawn(&self, column: usize) -> bool {
         let c = &self.look.columns[column];
         Some(column) != self.look.time && !c.constant && !c.counts && c.samples > 0

@@ -7,7 +7,7 @@ use flexure_io::RecordFile;
 use super::suggestion::Suggestion;
 use super::text::plain;
 
-/// Missing samples that a resampling interpolates of itself.
+/// The longest gap that resampling interpolates by default, in samples.
 const FILLED: usize = 3;
 
 /// The longest gap that is interpolated before an identification, in samples. Convention.
@@ -30,13 +30,13 @@ pub(super) fn are_wild(column: &Column, file: &RecordFile) -> bool {
     of_outliers > 0.5 * column.deviation.powi(2) * column.samples as f64
 }
 
-/// The names, as an option takes them.
+/// The names, joined as an option takes them.
 fn joined(columns: &[&Column]) -> String {
     let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
     names.join(",")
 }
 
-/// A preparation that interpolates these columns' outliers, which hide what depends on what; nothing without any.
+/// A preparation that interpolates these columns' outliers, since they hide dependences; `None` without outliers.
 pub(super) fn without_outliers(columns: &[&Column]) -> Option<Suggestion> {
     let runs = columns.iter().flat_map(|c| c.outliers.chunk_by(|a, b| a + 1 == *b));
     let longest = runs.map(<[usize]>::len).max()?;
@@ -52,7 +52,7 @@ pub(super) fn without_outliers(columns: &[&Column]) -> Option<Suggestion> {
     Some(suggestion)
 }
 
-/// A preparation of a record whose samples are not evenly spaced; the inputs of few levels hold them between samples.
+/// A preparation of a record whose samples are not evenly spaced; inputs of few levels hold their value between samples.
 pub(super) fn even_spacing(
     look: &Look,
     file: &RecordFile,
@@ -83,7 +83,7 @@ pub(super) fn even_spacing(
         options.extend(["--cut-samples", &part]);
     }
     let wild: Vec<&Column> = with_outliers(look).into_iter().filter(|c| are_wild(c, file)).collect();
-    // A lost sample leaves none on its two sides, at new instants, either.
+    // After resampling, a lost sample also leaves no values on its two sides.
     let lost = clock
         .gaps
         .iter()
@@ -138,8 +138,8 @@ pub(super) fn even_spacing(
     suggestion
 }
 
-/// A preparation of a record with columns that miss samples which the identification needs: short gaps are interpolated, else the longest
-/// part without one is kept.
+/// A preparation of a record with columns that miss samples which the identification needs: short gaps are interpolated; otherwise the
+/// longest part without a gap is kept.
 pub(super) fn repair(look: &Look, file: &RecordFile, columns: &[usize]) -> Suggestion {
     let names: Vec<String> = columns.iter().map(|i| format!("'{}'", look.columns[*i].name)).collect();
     let samples = columns

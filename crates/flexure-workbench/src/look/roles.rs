@@ -1,4 +1,4 @@
-//! What the names of columns say that they are.
+//! The quantities of columns, from their names.
 
 /// What a column's name says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -7,7 +7,7 @@ pub enum Role {
     Input,
     /// Its output: `y`, `output`.
     Output,
-    /// A torque or force, or what makes one: `tau`, `force`, `effort`, `current`, `voltage`.
+    /// A torque or force, or a signal that drives one: `tau`, `force`, `effort`, `current`, `voltage`.
     Torque,
     /// A position: `q`, `angle`, `position`.
     Position,
@@ -17,11 +17,11 @@ pub enum Role {
     Velocity,
     /// An acceleration: `ddq`, `acc`.
     Acceleration,
-    /// What a position controller shall reach: `ref`, `setpoint`.
+    /// The target of a position controller: `ref`, `setpoint`.
     Reference,
 }
 
-/// Names by what they say, in lower case, without numbers at their ends.
+/// Names by their meaning, in lower case, without numbers at their ends.
 const NAMES: [(Role, &[&str]); 8] = [
     (Role::Input, &["u", "in", "input", "excitation"]),
     (Role::Output, &["y", "out", "output", "response"]),
@@ -98,7 +98,7 @@ const NAMES: [(Role, &[&str]); 8] = [
 /// Names of a torque for each unit of a torque column among a file's constants.
 const TORQUE_CONSTANTS: [&str; 6] = ["gtau", "kt", "ktau", "km", "torqueconstant", "motorconstant"];
 
-/// Names of columns that say nothing.
+/// Names of columns without a meaning.
 const NEUTRAL: [&str; 8] = ["", "c", "x", "ch", "col", "column", "channel", "signal"];
 
 /// Units of length and force, of an axis that moves along a line.
@@ -111,7 +111,7 @@ fn split(name: &str) -> (String, &str) {
     (base.to_lowercase().replace(['_', ' ', '-', '.'], ""), number)
 }
 
-/// What a name says, with the number at its end: the joint of several.
+/// The meaning of a name, and the number at its end: the number of the joint.
 pub fn role(name: &str) -> Option<(Role, &str)> {
     let (base, number) = split(name);
     let found = NAMES.iter().find(|(_, names)| names.contains(&base.as_str()));
@@ -126,7 +126,7 @@ pub fn is_neutral(name: &str) -> bool {
     }
 }
 
-/// Whether a name says that the column is a torque, and not only what may make one.
+/// Whether a name says that the column is a torque, and not only a signal that may drive one.
 pub fn is_torque(name: &str) -> bool {
     ["tau", "torque", "motortorque"].contains(&split(name).0.as_str())
 }
@@ -136,8 +136,8 @@ pub fn is_torque_constant(name: &str) -> bool {
     TORQUE_CONSTANTS.contains(&split(name).0.as_str())
 }
 
-/// Whether a constant's name is that of a force, in N: the published record of a prismatic axis (EMPS; Janot, Gautier & Brunot 2019)
-/// calls it so.
+/// Whether a constant's name is that of a force, in N: the published record of a prismatic axis (EMPS; Janot, Gautier & Brunot 2019) uses
+/// this name.
 pub fn is_force_constant(name: &str) -> bool {
     split(name).0 == "gtau"
 }

@@ -11,15 +11,16 @@ use super::preparations::{are_wild, even_spacing, repair, with_outliers, without
 use super::roles::{Role, role};
 use crate::text::quoted;
 
-/// Levels of an input at which no nonlinearity can be told from a straight line.
+/// With only this number of input levels, a nonlinearity cannot be distinguished from a straight line.
 const TWO: usize = 2;
 /// Fewest samples for which an identification is suggested: what block structures need.
 const FEWEST: usize = 200;
 
-/// The coherent share from which a column that follows another one is an output, or lies between that and one. Convention.
+/// A column that follows another one with more than this coherent share is an output, or lies between that column and an output.
+/// Convention.
 const BETWEEN: f64 = 0.2;
 
-/// The file of a preparation, and of one of that file.
+/// The output file of a preparation, and that of a preparation of this file.
 const PREPARED: &str = "prepared.csv";
 const PREPARED_AGAIN: &str = "prepared-2.csv";
 
@@ -28,7 +29,7 @@ const PREPARED_AGAIN: &str = "prepared-2.csv";
 pub struct Suggestion {
     /// The subcommand, for example "identify".
     pub command: &'static str,
-    /// What follows the file: options with their values, one an entry.
+    /// The arguments after the file: options with their values, one per entry.
     pub options: Vec<String>,
     /// Why this command, in a sentence.
     pub why: String,
@@ -52,7 +53,7 @@ impl Suggestion {
         let mut typed: Vec<String> = Vec::new();
         for &option in options {
             match typed.last_mut() {
-                // Apart, the name would be an option.
+                // As a separate argument, the name would be taken for an option.
                 Some(last) if option.starts_with('-') && OF_COLUMNS.contains(&last.as_str()) => {
                     last.push('=');
                     last.push_str(option);
@@ -68,7 +69,7 @@ impl Suggestion {
         }
     }
 
-    /// Writes what is prepared into another file than the one that is read.
+    /// Writes the prepared record to a file other than the input.
     fn into_another(mut self, file: &RecordFile) -> Self {
         if file.name() == PREPARED {
             let texts = self.options.iter_mut().chain(&mut self.notes);
@@ -88,7 +89,7 @@ pub(super) struct Signals {
     pub why: String,
 }
 
-/// The command that fits a record, or why there is none; neither if there is nothing to identify.
+/// The command that fits a record, or why there is none; `None` if there is nothing to identify.
 pub fn suggestion(
     file: &RecordFile,
     request: &Request,
@@ -112,7 +113,7 @@ pub fn suggestion(
     (suggestion.map(|suggestion| suggestion.into_another(file)), None)
 }
 
-/// The columns that are given, else what their names say, else what depends on what.
+/// The signals: the given columns, otherwise by their names, otherwise by their dependences.
 pub(super) fn signals(request: &Request, look: &Look) -> Option<Signals> {
     let index = |name: &str| look.columns.iter().position(|c| c.name == name);
     let usable: Vec<usize> = (0..look.columns.len())
@@ -129,7 +130,7 @@ pub(super) fn signals(request: &Request, look: &Look) -> Option<Signals> {
         });
     }
     let named = |wanted: Role| -> Vec<usize> {
-        // A second output of another number, such as y0 beside y, may be one without noise.
+        // A second output with another number, such as y0 in addition to y, may be the output without noise.
         let of = |number: &dyn Fn(&str) -> bool| -> Vec<usize> {
             let says = |i: &&usize| role(&look.columns[**i].name).is_some_and(|(r, n)| r == wanted && number(n));
             usable.iter().filter(says).copied().collect()
@@ -156,7 +157,7 @@ pub(super) fn signals(request: &Request, look: &Look) -> Option<Signals> {
     by_dependence(look, &usable, &given, output)
 }
 
-/// Inputs and output by what depends on what: the output follows others most, and others follow it least.
+/// Inputs and output by their dependences: the output follows others most, and others follow it least.
 fn by_dependence(look: &Look, usable: &[usize], given: &[usize], output: Option<usize>) -> Option<Signals> {
     let order = Order { look, usable, given };
     let best = output.or_else(|| order.last())?;
@@ -211,7 +212,7 @@ impl<'a> Order<'a> {
         (towards.fold(0.0, f64::max), away.fold(0.0, f64::max))
     }
 
-    /// The column that follows others most, behind the named inputs if there are any; of equal ones the last.
+    /// The column that follows others most, after the named inputs if there are any; among equals, the last one.
     fn last(&self) -> Option<usize> {
         let leads = |i: usize, to: usize| self.dependences().any(|d| d.cause == i && d.effect == to);
         let is_behind = |i: usize| self.given.is_empty() || self.given.iter().any(|g| leads(*g, i));
@@ -223,8 +224,8 @@ impl<'a> Order<'a> {
         scored.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, i)| i)
     }
 
-    /// The named inputs; else what leads to other columns and is nothing else. An input that is left out does more harm than one
-    /// that does nothing.
+    /// The named inputs; otherwise all columns that lead to others and have no other role. A missing input does more harm than one without
+    /// effect.
     fn inputs(&self, output: usize) -> Vec<usize> {
         if !self.given.is_empty() {
             return self.given.to_vec();

@@ -13,7 +13,7 @@ const ROWS: usize = 12;
 const FINDINGS: usize = 30;
 
 impl Inspection<'_> {
-    /// The summary, and why the suggested command is suggested.
+    /// The summary, and the reason for the suggested command.
     pub fn summary(&self) -> Lines {
         let mut lines = Lines::new();
         lines.headline(Tone::Plain, self.headline());

@@ -10,10 +10,10 @@ use super::table::Table;
 use super::{Done, Preparation, steps};
 use crate::text::{decimal, grouped};
 
-/// The difference of two instants, in steps, that counts as none: printed digits.
+/// Two instants that differ by less than this, in steps, are the same: rounding of printed digits.
 const SAME_INSTANT: f64 = 1e-3;
 
-/// Gives columns that an earlier table has too the name of their file in front: `motor.u` of `motor.csv`.
+/// If an earlier table has a column of the same name, puts the file's name in front: `motor.u` of `motor.csv`.
 pub(super) fn rename(tables: &mut [Table], done: &mut Vec<Done>) {
     let mut taken: HashSet<String> = HashSet::new();
     for table in tables {
@@ -41,8 +41,8 @@ pub(super) fn rename(tables: &mut [Table], done: &mut Vec<Done>) {
 
 /// One table of several.
 ///
-/// Tables of the same instants are put side by side. Else all are resampled: at the instants of the first one's clock that all of
-/// them cover, or every so many seconds.
+/// Tables with the same instants are put side by side. Otherwise all are resampled: at the first one's instants that all of them cover, or
+/// at a given step.
 pub(super) fn merge(mut tables: Vec<Table>, preparation: &Preparation, done: &mut Vec<Done>) -> Result<Table> {
     let Some(first) = tables.first() else {
         bail!("there is no file")
@@ -81,7 +81,7 @@ pub(super) fn merge(mut tables: Vec<Table>, preparation: &Preparation, done: &mu
     Ok(side_by_side(tables, done, "at common instants"))
 }
 
-/// Refuses tables without instants beside others, and shifts the others to the clock of the first.
+/// Refuses a table without instants if others have them. Shifts the other tables to the clock of the first.
 fn common_clock(tables: &mut [Table]) -> Result<()> {
     if let Some(without) = tables.iter().find(|table| table.instants.is_none()) {
         bail!(
@@ -106,7 +106,7 @@ fn common_clock(tables: &mut [Table]) -> Result<()> {
     Ok(())
 }
 
-/// The instants that all tables cover, from one of the first table's on.
+/// The instants that all tables cover, beginning at one of the first table's.
 fn common_grid(tables: &[Table], step: f64) -> Result<Grid> {
     let ends = |table: &Table| match table.instants.as_deref() {
         Some([first, .., last]) => [*first, *last],

@@ -3,13 +3,13 @@
 //! The steps have one order, whatever the order of the options:
 //!
 //! 1. **keep** some columns, or all;
-//! 2. **cut**: what is cut off has no influence on anything that follows;
+//! 2. **cut**: samples that are cut off do not influence the later steps;
 //! 3. **convert** units;
 //! 4. **outliers** become missing samples;
 //! 5. **merge** several files at common instants, and **resample**: short gaps are interpolated here;
 //! 6. **fill** short gaps, where nothing was resampled;
 //! 7. **low-pass**;
-//! 8. **means** and **trends** are taken off, of what is left after all this.
+//! 8. **means** and **trends** of the result are subtracted.
 
 mod merge;
 mod steps;
@@ -61,7 +61,7 @@ pub struct Conversion {
     pub to: String,
 }
 
-/// What is to be done to a record; nothing by default. The module has the order.
+/// The steps for a record; none by default. The module's documentation gives their order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Preparation {
     /// The columns to keep.
@@ -78,9 +78,9 @@ pub struct Preparation {
     pub resample: Option<f64>,
     /// The columns that hold their value between samples.
     pub held: Vec<String>,
-    /// Most samples in a row that may be missing and are interpolated where something is resampled.
+    /// The longest gap, in samples, that is interpolated when something is resampled.
     pub longest_gap: usize,
-    /// The same where nothing is; none by default.
+    /// The same if nothing is resampled; 0 by default.
     pub fill: Option<usize>,
     /// The low-pass for all columns.
     pub low_pass: Option<LowPass>,
@@ -131,8 +131,8 @@ impl Preparation {
     /// Prepares one record of one or several tables.
     ///
     /// # Errors
-    /// For columns that do not exist, units that do not fit, tables without common instants, and steps that leave nothing; of the library for
-    /// parameters out of range. The message says what to do.
+    /// For columns that do not exist, units that do not fit, tables without common instants, and steps that leave nothing; the library's
+    /// errors for parameters out of range. The message says what to do.
     pub fn run(&self, mut tables: Vec<Table>) -> Result<Prepared> {
         let mut done = Vec::new();
         for note in tables.iter_mut().filter_map(|table| table.note.take()) {
@@ -187,7 +187,7 @@ impl Preparation {
     /// The steps after.
     fn smooth(&self, table: &mut Table, done: &mut Vec<Done>) -> Result<()> {
         let resampled = |done: &[Done]| done.iter().any(|done| done.step == "resample");
-        // A merge of different instants has done this.
+        // A merge of different instants has already resampled.
         if let Some(step) = self.resample
             && !resampled(done)
         {

@@ -25,18 +25,18 @@ pub struct Column {
 pub struct Table {
     /// The file's name, for messages.
     pub name: String,
-    /// What was made of the file's instants, if anything.
+    /// A note on changes to the file's instants, if there are any.
     pub note: Option<String>,
     /// The instants, in s, where they are known.
     pub instants: Option<Vec<f64>>,
-    /// What the instants count from, in ns, where they were time stamps: tables that have it share a clock.
+    /// The origin of the instants, in ns, if they were time stamps: tables with an origin share a clock.
     pub origin: Option<i64>,
     /// The columns.
     pub columns: Vec<Column>,
 }
 
 impl Table {
-    /// The columns of a file, but for that of its `instants`.
+    /// The columns of a file, except that of its `instants`.
     ///
     /// A `sample_time`, in s, takes the place of instants: the samples then have that distance.
     ///
@@ -78,7 +78,7 @@ impl Table {
     pub(super) fn check_sizes(&self) -> Result<()> {
         for column in &self.columns {
             let present: Vec<f64> = column.samples.iter().copied().filter(|v| v.is_finite()).collect();
-            // Values that vanish are as good as zero here.
+            // Values too small for sums count as zero here.
             if present.iter().any(|v| v.abs() > *SIZES.end()) {
                 check_values(&column.name, &present)?;
             }
@@ -141,7 +141,7 @@ impl Table {
         Ok((Record::new(instants.chain(columns))?, units))
     }
 
-    /// Interpolates short gaps of every column; how many samples were interpolated, and how many are still missing, by column.
+    /// Interpolates short gaps of every column; returns how many samples were interpolated and how many are still missing, by column.
     pub(super) fn fill(&mut self, longest_gap: usize) -> Vec<[usize; 2]> {
         let missing = |x: &[f64]| x.iter().filter(|x| !x.is_finite()).count();
         let of = |column: &mut Column| {

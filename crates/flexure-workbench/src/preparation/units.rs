@@ -1,4 +1,4 @@
-//! Units of what is measured at machines, and their conversion.
+//! Units of quantities that are measured at machines, and their conversion.
 
 use std::f64::consts::PI;
 
@@ -6,10 +6,10 @@ use anyhow::{Result, bail};
 
 /// A unit: a value in it, times `numerator` over `denominator`, plus `offset`, is in the base unit of its quantity.
 ///
-/// Numerator and denominator apart, so that 70 mm are 0.07 m to the last digit.
+/// The numerator and the denominator are kept apart, so that 70 mm are exactly 0.07 m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Unit {
-    /// How it may be written, without spaces, dots and carets; the first is how it is listed.
+    /// Its spellings, without spaces, dots and carets; the first one is used in lists.
     names: &'static [&'static str],
     numerator: f64,
     denominator: f64,

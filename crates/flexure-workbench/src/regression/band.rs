@@ -8,11 +8,11 @@ use flexure::nonlinearity::{EstimatorName, Outside, Tuning};
 use super::{Regression, RegressionData, slices};
 use crate::named::{Named, NamedValue};
 
-/// With more rows, refits for a band are only made when they are asked for.
+/// With more rows, refits for a band are made only on request.
 const MOST_REFITTED: usize = 20_000;
-/// With more columns, whose grids have many more points, neither.
+/// The same with more columns, since their grids have many more points.
 const MOST_COLUMNS: usize = 3;
-/// A band needs so many rows.
+/// The fewest rows for a band.
 pub const FEWEST_ROWS: usize = 5;
 /// Resamples for few rows in one column; elsewhere there are fewer.
 const RESAMPLES: usize = 999;
@@ -24,7 +24,7 @@ const FEW: usize = 2_000;
 /// Which band is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BandMethod {
-    /// The choice is made from the estimator and the number of rows and columns.
+    /// Chosen from the estimator and the numbers of rows and columns.
     Auto,
     /// Robust bias correction.
     Robust,
@@ -117,7 +117,7 @@ impl BandMaker {
                     level,
                     kind,
                     seed,
-                    // A bandwidth that was given is not one of smallest error, which a band for coverage would narrow.
+                    // Undersmoothing narrows a bandwidth of smallest error; a given bandwidth is not such a one.
                     undersmoothing: match regression.estimator.tuning {
                         Tuning::Fixed(_) => 0.0,
                         Tuning::FromData(_) => usual.undersmoothing,
@@ -176,7 +176,7 @@ impl BandMaker {
     }
 }
 
-/// The method that `asked` comes to.
+/// The method that `asked` means for these data.
 fn chosen(asked: BandMethod, regression: &Regression, data: &RegressionData, rows: usize) -> BandMethod {
     let blocks = matches!(regression.estimator.tuning, Tuning::FromData(rule) if rule.in_time());
     let slow = matches!(

@@ -93,7 +93,7 @@ impl<'a> RegressionData<'a> {
         }
     }
 
-    /// The error with the file's names of the columns in place of the library's, and where it lies.
+    /// The error with the file's column names in place of the library's, and with its place.
     pub fn locate(&self, error: flexure::Error, file: &RecordFile) -> flexure_io::Error {
         let name = |column: &str| match (column, &self.names.x[..]) {
             ("y", _) => Some(self.names.y.clone()),
@@ -181,7 +181,7 @@ impl<'a> RegressionData<'a> {
     pub fn along(&self, column: usize, points: usize) -> Vec<f64> {
         let [low, high] = self.range(column);
         let last = points - 1;
-        // The quotient first: cells of dyadic width then have their edges among the points.
+        // The quotient is computed first, so that the edges of cells of dyadic width are among the points.
         let at = |i: usize| match i == last {
             true => high,
             false => low + (high - low) * (i as f64 / last as f64),

@@ -1,7 +1,7 @@
 //! Whether neighbouring rows depend on each other beyond what is estimated.
 //!
-//! Two signs are looked for. The residuals of neighbouring rows may be correlated. Or the fit follows the noise, and leaves residuals in which
-//! nothing is to be seen; then a choice of the bandwidth that leaves out neighbours in time asks for a much wider window.
+//! Two signs are looked for. The residuals of neighbouring rows may be correlated. Or the fit follows the noise, so that the residuals show
+//! nothing; then choosing the bandwidth without neighbours in time gives a much wider window.
 
 use flexure::nonlinearity::{Degree, EstimatorName, NamedEstimator};
 use flexure::quantiles::NORMAL_99;
@@ -15,15 +15,15 @@ const FEWEST_ROWS: usize = 50;
 const MOST_ROWS: usize = 4000;
 /// A correlation of x with time above this is a trend.
 const TREND: f64 = 0.9;
-/// A correlation below this does no harm however significant it is.
+/// A smaller correlation does no harm, even if it is significant.
 const HARMFUL: f64 = 0.1;
 /// A bandwidth by blocks this many times that by leave-one-out shows that the latter follows the noise.
 const WIDER: f64 = 1.5;
-/// Where x goes with time, rows near in time are those near in x, and leaving them out widens the window even where the
-/// noise is independent: there a window of no more rows than this to either side shows that it follows the noise.
+/// If x follows time, rows near in time are near in x, and leaving them out widens the window even if the noise is independent. Then a
+/// window of at most this many rows to either side shows that the fit follows the noise.
 const FEW_ROWS: f64 = 5.0;
-/// Rows so far apart show whether the noise depends on itself, where their second differences are [`ROUGHER`] times larger
-/// than those of neighbours. Independent noise makes both alike; an autoregression of 0.5 makes the far ones 1.5 times larger.
+/// Rows this far apart show whether the noise depends on itself: their second differences are then [`ROUGHER`] times larger than those of
+/// neighbours. Independent noise makes both alike; an autoregression of 0.5 makes the far ones 1.5 times larger.
 const FAR_APART: usize = 5;
 /// See [`FAR_APART`].
 const ROUGHER: f64 = 1.3;
@@ -38,7 +38,7 @@ pub fn depend(
     Ok(correlated(residuals) || follows_noise(estimator, data, rows)?)
 }
 
-/// Whether the residuals of neighbouring rows are correlated, by a correlation that is significant and not small.
+/// Whether the residuals of neighbouring rows are correlated, with a correlation that is significant and not small.
 fn correlated(residuals: &[f64]) -> bool {
     let residuals: Vec<f64> = residuals.iter().copied().filter(|r| r.is_finite()).collect();
     let n = residuals.len();
@@ -57,7 +57,7 @@ fn follows_noise(estimator: &NamedEstimator, data: &RegressionData, rows: &[usiz
     let ([_], true) = (data.x.as_slice(), rows.len() >= FEWEST_ROWS) else {
         return Ok(false);
     };
-    // Enough rows from the middle: the comparison costs more than in proportion.
+    // Enough rows from the middle: the cost of the comparison grows faster than the number of rows.
     let first = rows.len().saturating_sub(MOST_ROWS) / 2;
     let rows = &rows[first..rows.len().min(first + MOST_ROWS)];
     let x = &data.x_at(rows)[0];
@@ -74,7 +74,7 @@ fn follows_noise(estimator: &NamedEstimator, data: &RegressionData, rows: &[usiz
     let leave_one_out = bandwidth(BandwidthRule::LeaveOneOut)?;
     if correlation(x, &time).abs() > TREND {
         let extent = x.iter().fold(0.0, |most: f64, v| most.max((v - x[0]).abs()));
-        // A jump asks for a narrow window too; but its differences show no dependence.
+        // A jump also needs a narrow window, but its differences show no dependence.
         return Ok(leave_one_out <= FEW_ROWS * extent / rows.len() as f64 && rougher_far_apart(&y));
     }
     Ok(bandwidth(BandwidthRule::HBlock { gap: None })? > WIDER * leave_one_out)
@@ -93,8 +93,8 @@ fn correlation(x: &[f64], y: &[f64]) -> f64 {
     }
 }
 
-/// Whether values some rows apart differ more than neighbours do, beyond a trend: as they do where the noise depends on
-/// itself. The medians of second differences are compared, which a few jumps do not move.
+/// Whether values some rows apart differ more than neighbours do, beyond a trend: as they do if the noise depends on itself. The medians of
+/// second differences are compared, since a few jumps do not change them.
 fn rougher_far_apart(y: &[f64]) -> bool {
     let median = |lag: usize| {
         let differences = y.windows(2 * lag + 1).map(|w| (w[0] - 2.0 * w[lag] + w[2 * lag]).abs());

@@ -1,4 +1,4 @@
-//! What the residuals of a regression say of it.
+//! What the residuals of a regression show.
 
 use flexure::nonlinearity::{EstimatorName, NamedEstimator, Outside, Tuning};
 
@@ -8,7 +8,7 @@ use super::{Regression, RegressionData, dependence, slices};
 /// Estimate and ordinate that differ by no more than this share of the ordinates' size are the same.
 const REPEATED: f64 = 1e-9;
 
-/// The residuals, and what they say.
+/// The residuals, and what they show.
 pub struct Diagnosis {
     /// The rows of positive weight.
     pub rows: Vec<usize>,
@@ -41,8 +41,7 @@ impl Diagnosis {
     }
 }
 
-/// The number of rows that have no other row in their windows: those at which a local constant repeats whatever ordinates
-/// it is given.
+/// The number of rows that have no other row in their windows: there, a local constant repeats any given ordinate.
 fn alone(regression: &Regression, data: &RegressionData, rows: &[usize], residuals: &[f64]) -> flexure::Result<usize> {
     let name = match regression.fit.name {
         EstimatorName::Kernel | EstimatorName::LocalLinear => EstimatorName::Kernel,
@@ -50,11 +49,11 @@ fn alone(regression: &Regression, data: &RegressionData, rows: &[usize], residua
         _ => return Ok(0),
     };
     let largest = rows.iter().map(|&i| data.y[i].abs()).fold(0.0, f64::max);
-    // A row alone has no residual.
+    // A lone row has a residual of zero.
     if !residuals.iter().any(|r| r.abs() <= REPEATED * largest) {
         return Ok(0);
     }
-    // As good as random, so that none is the mean of its neighbours.
+    // Pseudo-random, so that none is the mean of its neighbours.
     let scattered = |i: usize| (43_758.545_3 * (12.989_8 * i as f64).sin()).fract();
     let ordinates: Vec<f64> = (0..data.y.len()).map(scattered).collect();
     let constant = NamedEstimator {

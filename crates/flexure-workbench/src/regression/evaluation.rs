@@ -30,7 +30,7 @@ pub struct BandDescription {
     pub level: f64,
     /// "pointwise" or "simultaneous".
     pub kind: &'static str,
-    /// Of what it is, where that is not the estimate itself; with its comma.
+    /// What the band is about, with a comma in front, such as ", of a smoothed curve"; empty for the estimate itself.
     pub of: &'static str,
     /// How it was made.
     pub method: String,
@@ -44,8 +44,8 @@ impl BandDescription {
 }
 
 impl Regression {
-    /// The estimate and its band at the points with these coordinates, column by column. `go_on` is called now and then with the
-    /// resamples of the band that are done and all of them; [`ControlFlow::Break`] stops the work.
+    /// The estimate and its band at the points with these coordinates, column by column. `go_on` is called now and then with the numbers of
+    /// the band's resamples, done and all; [`ControlFlow::Break`] stops the work.
     pub fn evaluate(
         &self,
         data: &RegressionData,
@@ -90,7 +90,7 @@ impl Evaluation {
     /// The columns of x by their names, then y, lower and upper.
     ///
     /// # Errors
-    /// Where a column of x has one of these names.
+    /// If a column of x has one of these names.
     pub fn record(&self, data: &RegressionData) -> flexure::Result<Record> {
         let x = data.names.x.iter().cloned().zip(self.x.iter().cloned());
         let rest = [("y", &self.y), ("lower", &self.lower), ("upper", &self.upper)];

@@ -1,6 +1,6 @@
-//! The regression of one column on others: its fit, its band, what limits the trust in it, and all of that as text, JSON and page.
+//! The regression of one column on others: its fit, its band and its warnings, as text, JSON and page.
 //!
-//! A [`Regression`] is the fit. [`Report`] adds what a reader needs beside it: how well rows are predicted that the fit did not see, the
+//! A [`Regression`] is the fit. [`Report`] adds what a reader needs in addition: how well the fit predicts rows that it did not use, the
 //! curve with its band, and the warnings.
 
 mod band;
@@ -33,7 +33,7 @@ pub use validation::Validation;
 
 /// A fitted regression.
 pub struct Regression {
-    /// The estimator, with the parameter as it was asked for.
+    /// The estimator, with the parameter as given.
     pub estimator: NamedEstimator,
     /// The fit.
     pub fit: NamedFit,
@@ -46,7 +46,7 @@ impl Regression {
         Ok(Regression { estimator, fit })
     }
 
-    /// Fits the estimator with a parameter that its rule chose from data before.
+    /// Fits the estimator with a parameter that its rule chose earlier.
     pub fn with_chosen(estimator: NamedEstimator, parameter: Vec<f64>, data: &RegressionData) -> flexure::Result<Self> {
         let fixed = NamedEstimator {
             tuning: Tuning::Fixed(parameter),

@@ -1,22 +1,22 @@
 //! Rows that are far from the curve: found in every regression, and left out where that is asked for.
 //!
-//! Left out is a row by a weight of zero, and the fit made again until the outliers stay the same: the M-estimate whose weight is 1 below the
-//! limit and 0 above.
+//! A row is left out by a weight of zero. The fit is repeated until the outliers stay the same: this is the M-estimate with weight 1 below
+//! the limit and 0 above.
 
 use flexure::nonlinearity::NamedEstimator;
 use flexure::outliers::far_along;
 
 use super::{Diagnosis, Regression, RegressionData};
 
-/// Usual residuals from which a row is an outlier. Normal ones have none in a million rows. Convention.
+/// A row is an outlier from this many usual residuals on. Normal residuals have none in a million rows. Convention.
 const OUTLIER: f64 = 8.0;
-/// Share of the rows above which what is far from the curve is the nature of the noise. Convention.
+/// If a larger share of rows is far from the curve, this is the nature of the noise. Convention.
 const MOST_OUTLIERS: f64 = 0.1;
-/// Fits at most. Two suffice where the first finds all outliers.
+/// The most fits. Two are enough if the first finds all outliers.
 const ROUNDS: usize = 5;
 
-/// The outliers among rows with these residuals: far from zero beside what is usual among rows with nearly the same x, or, of several columns,
-/// with nearly the same estimate.
+/// The outliers among rows with these residuals: far from zero, compared with rows of nearly the same x or, for several columns, of nearly
+/// the same estimate.
 pub fn outliers(data: &RegressionData, rows: &[usize], fitted: &[f64], residuals: &[f64]) -> Vec<usize> {
     let places: Vec<f64> = match &data.x[..] {
         [x] => rows.iter().map(|&row| x[row]).collect(),

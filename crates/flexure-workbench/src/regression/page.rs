@@ -19,8 +19,8 @@ const SLICE: usize = 121;
 /// Places of the residuals' running mean and spread.
 const RUNNING: usize = 41;
 
-/// The page that shows everything that a report says. `own_grid` says that the points that were asked for are a grid over the data,
-/// which the page then shows; `command` makes the page again.
+/// The page that shows everything that a report says. `own_grid` says that the requested points are a grid over the data; the page then
+/// shows them. `command` makes the page again.
 pub fn html(report: &Report, own_grid: bool, command: Option<String>) -> Result<String> {
     flexure_report::render_regression(&page(report, own_grid, command)?).context("the report")
 }
@@ -166,8 +166,8 @@ fn slices(report: &Report) -> flexure::Result<Slices> {
     let medians: Vec<f64> = (0..d)
         .map(|j| median(report.diagnosis.rows.iter().map(|&i| data.x[j][i])))
         .collect();
-    // All at once, as every evaluation of a band by the bootstrap is a computation of its own; a simultaneous band
-    // would then hold on all slices together.
+    // All slices are evaluated at once, since every evaluation of a bootstrap band is a separate computation; a simultaneous band then
+    // holds on all slices together.
     let along = |j: usize, along: usize| match j == along {
         true => data.along(j, SLICE),
         false => vec![medians[j]; SLICE],
@@ -202,7 +202,7 @@ fn slices(report: &Report) -> flexure::Result<Slices> {
 fn residuals(report: &Report) -> RegressionResiduals {
     let (data, diagnosis) = (report.data, &report.diagnosis);
     let y_label = data.labels.of(&data.names.y);
-    // Over x where there is one, else over the estimate.
+    // Over x if there is one column, otherwise over the estimate.
     let (x_label, x): (String, Vec<f64>) = match data.x.as_slice() {
         [x] => (
             data.labels.of(&data.names.x[0]),
@@ -220,7 +220,7 @@ fn residuals(report: &Report) -> RegressionResiduals {
     residuals
 }
 
-/// The mean and the standard deviation of the residuals among neighbouring abscissas; none of few points.
+/// The mean and the standard deviation of the residuals among neighbouring abscissas; left empty for few points.
 fn fill_running(residuals: &mut RegressionResiduals) {
     let pairs = residuals
         .points

@@ -1,4 +1,4 @@
-//! A regression with all that is said of it: as text and JSON.
+//! A regression with its report, as text and JSON.
 
 use std::ops::ControlFlow;
 
@@ -20,11 +20,11 @@ pub struct Report<'a> {
     pub data: &'a RegressionData<'a>,
     /// The fit.
     pub regression: Regression,
-    /// What was asked of bands.
+    /// The options of the band.
     pub band: BandOptions,
     /// The residuals.
     pub diagnosis: Diagnosis,
-    /// How well rows are predicted that the fit did not use.
+    /// How well the fit predicts rows that it did not use.
     pub validation: Validation,
     /// The estimate and its band at the points that were asked for.
     pub evaluation: Evaluation,

@@ -1,4 +1,4 @@
-//! The regression of a record that is read in parts: sums are kept, and no rows.
+//! The regression of a record that is read in parts: only sums are kept, no rows.
 
 use anyhow::Result;
 use flexure::Record;
@@ -15,7 +15,7 @@ use crate::text::{capitalised, grouped, kernel_text, number, percent};
 /// The memory of a part, bytes: sums in all bins, of 960 bytes each, a table of these, and some rows.
 const OF_PART: u64 = 64 << 20;
 
-/// What is asked of the regression of one column on another, part by part.
+/// The settings of the regression of one column on another, part by part.
 pub struct Streamed {
     /// The column to regress on.
     pub x: String,
@@ -46,13 +46,13 @@ pub struct StreamedReport {
 }
 
 impl Streamed {
-    /// What the sums of the whole and those of one part take, bytes.
+    /// The memory for the sums of the whole record and those of one part, bytes.
     pub const LEAST_MEMORY: u64 = 2 * OF_PART;
 
     /// Reads all parts, as many at a time as there are cores and memory for, and fits. `report` is called with the parts that are
     /// done and all of them.
     ///
-    /// The result does not depend on the number of cores: every part has sums of its own, which are added in the file's order.
+    /// The result does not depend on the number of cores: every part has its own sums, which are added in the file's order.
     ///
     /// # Errors
     /// As [`ParquetParts::read`] and [`StreamedRegression::fit`], with the file's names of the columns.
@@ -75,7 +75,7 @@ impl Streamed {
             .unwrap_or(usize::MAX)
             .saturating_sub(1);
         let at_once = std::thread::available_parallelism().map_or(1, |cores| cores.get().min(most.max(1)));
-        // The first part tells about how wide the bins become.
+        // The first part shows roughly how wide the bins will be.
         let mut sums = sums_of(0, StreamedRegression::default())?;
         let empty = sums.emptied();
         let others: Vec<usize> = (1..parts.count()).collect();

@@ -6,7 +6,7 @@ use super::{Diagnosis, Regression, Validation};
 use crate::plots::extent;
 use crate::text::number;
 
-/// What is said where local bandwidths were tried in vain.
+/// The text for local bandwidths that were tried but not used.
 pub const FELL_BACK: &str = "not used: they do not predict clearly better than one for all points";
 
 /// Whether local bandwidths were tried and do not predict clearly better than one.
@@ -17,7 +17,7 @@ pub fn fell_back(regression: &Regression) -> bool {
 /// How local bandwidths were chosen.
 pub struct LocalRuleText {
     pub name: &'static str,
-    /// What speaks for them.
+    /// The reason for them.
     pub why: String,
 }
 
@@ -64,7 +64,7 @@ pub fn local_range(local: &LocalBandwidths) -> String {
     format!("{} to {}", number(least), number(most))
 }
 
-/// R squared with what has to be known with it.
+/// R squared, with its conditions.
 pub fn judged(validation: &Validation, diagnosis: &Diagnosis) -> String {
     let r_squared = validation.r_squared;
     if !r_squared.is_finite() {

@@ -1,4 +1,4 @@
-//! How well rows are predicted that the fit did not use.
+//! How well a fit predicts rows that it did not use.
 
 use flexure::nonlinearity::{NamedEstimator, Outside, Rule, Tuning};
 
@@ -22,7 +22,7 @@ pub struct Validation {
 }
 
 impl Validation {
-    /// By the error that is known from the choice of the parameter, else by cross-validation.
+    /// From the error that is known from the choice of the parameter, otherwise by cross-validation.
     pub fn new(regression: &Regression, data: &RegressionData, diagnosis: &Diagnosis) -> flexure::Result<Self> {
         let rows = &diagnosis.rows;
         let weights: Vec<f64> = rows.iter().map(|&i| data.weight(i)).collect();
@@ -63,7 +63,7 @@ struct Predicted {
 /// The error that is known from the choice of the parameter.
 fn known_error(regression: &Regression) -> Option<Predicted> {
     let (fit, estimator) = (&regression.fit, &regression.estimator);
-    // Rows that depend on their neighbours are not predicted from those.
+    // Rows that depend on their neighbours must not be predicted from them.
     let blocks = match (&estimator.tuning, &fit.scores) {
         (Tuning::FromData(Rule::Block), Some(scores)) => scores.score.iter().copied().reduce(f64::min),
         _ => None,

@@ -10,15 +10,15 @@ use crate::Spelling;
 use crate::plots::extent;
 use crate::text::list;
 
-/// A larger share of rows alone in their windows is warned of.
+/// A larger share of rows that are alone in their windows causes a warning.
 const MANY_ALONE: f64 = 0.05;
 
-/// So many outliers are named by their row.
+/// The most outliers that are named by their row.
 const NAMED_ROWS: usize = 5;
 
-/// About so many rows are compared to find copies.
+/// About this many rows are compared to find copies.
 const COMPARED: usize = 10_000;
-/// A larger share of copies is warned of, where the abscissas are at least [`MANY_ABSCISSAS`] of the distinct rows.
+/// A larger share of copies causes a warning, if the distinct abscissas are at least the share [`MANY_ABSCISSAS`] of the distinct rows.
 const MANY_COPIES: f64 = 0.1;
 /// See [`MANY_COPIES`].
 const MANY_ABSCISSAS: f64 = 0.9;
@@ -26,7 +26,7 @@ const MANY_ABSCISSAS: f64 = 0.9;
 /// Columns whose extent is this share of the bandwidth have no slope in a local fit.
 const FLAT: f64 = 1e-8;
 
-/// With so many levels or more a column is not called discrete.
+/// A column with this many levels or more is not called discrete.
 const MANY_LEVELS: usize = 10;
 
 /// What the warnings are about.
@@ -97,7 +97,7 @@ impl Subject<'_> {
         ))
     }
 
-    /// The bandwidth of a local line is out of all proportion to the values of every column.
+    /// The bandwidth of a local line is far too large for the values of every column.
     fn no_slope(&self) -> Option<String> {
         let fit = &self.regression.fit;
         let flat = |j: usize| {
@@ -275,14 +275,13 @@ impl Subject<'_> {
     }
 }
 
-/// The share of rows that repeat another one, where it is large among values of which there are many: rounded values
-/// repeat of themselves.
+/// The share of rows that repeat another one, if it is large and the abscissas have many values: rounded values repeat anyway.
 fn share_of_copies(data: &RegressionData) -> Option<f64> {
     if data.repeated {
         return None;
     }
     let rows = data.rows();
-    // Copies are looked at together or not at all: whether a row is looked at depends on its values.
+    // Whether a row is looked at depends on its values, so that copies are looked at together or not at all.
     let one_in = (rows.len() / COMPARED).max(1) as u64;
     let (mut seen, mut abscissas, mut count) = (HashSet::new(), HashSet::new(), 0_usize);
     for i in rows {
@@ -294,11 +293,11 @@ fn share_of_copies(data: &RegressionData) -> Option<f64> {
         }
     }
     let copies = 1.0 - seen.len() as f64 / count.max(1) as f64;
-    // Distinct abscissas nearly as many as distinct rows: these are no levels.
+    // Distinct abscissas nearly as many as distinct rows: so these are not levels.
     (copies > MANY_COPIES && abscissas.len() as f64 > MANY_ABSCISSAS * seen.len() as f64).then_some(copies)
 }
 
-/// A number as good as random (the finaliser of SplitMix64).
+/// A pseudo-random number (the finaliser of SplitMix64).
 fn mixed(value: u64) -> u64 {
     let value = (value ^ (value >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let value = (value ^ (value >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

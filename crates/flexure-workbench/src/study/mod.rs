@@ -1,4 +1,4 @@
-//! The study of convergence rates: its parts, what has been measured of them, and the result as text, JSON and page.
+//! The study of convergence rates: its parts, their measurements so far, and the result as text, JSON and page.
 
 mod page;
 
@@ -23,9 +23,9 @@ pub enum Part {
     Plain,
     /// The refined identification.
     Refined,
-    /// Every estimator of a static nonlinearity but the network.
+    /// Every estimator of a static nonlinearity except the network.
     Estimators,
-    /// The network, which takes its time to train.
+    /// The network, whose training takes long.
     Networks,
 }
 
@@ -74,7 +74,7 @@ impl Plan {
     }
 }
 
-/// The parts with what has been measured of them.
+/// The parts with their measurements so far.
 #[derive(Serialize, Deserialize)]
 pub struct Parts {
     format: String,
@@ -84,7 +84,7 @@ pub struct Parts {
     networks: Option<Checkpoint<EstimatorSetting>>,
 }
 
-/// A part, whatever its settings are.
+/// A part with any type of settings.
 trait Measured {
     /// The samples drawn so far, and those of the whole part.
     fn samples(&self) -> [usize; 2];
@@ -105,7 +105,7 @@ impl<S: Experiment + Clone + Sync> Measured for Checkpoint<S> {
     }
 }
 
-/// A part of a study, and about the cost of its sample as a multiple of one in a kernel estimate at a point.
+/// A part of a study, and the approximate cost of one of its samples, relative to one in a kernel estimate at a point.
 struct Costly<'a> {
     part: &'a mut dyn Measured,
     cost: f64,
@@ -124,10 +124,10 @@ impl Parts {
         }
     }
 
-    /// Reads the state of this study, of which something may have been measured.
+    /// Reads the state of this study, which may already have measurements.
     ///
     /// # Errors
-    /// For a text that is no such state, or that of another study.
+    /// For a text that is no state, or the state of another study.
     pub fn resumed(&self, text: &str) -> Result<Parts> {
         let state: Parts = match serde_json::from_str(text) {
             Ok(state) => state,
@@ -177,7 +177,7 @@ impl Parts {
         done / all
     }
 
-    /// Measures the next error that is missing; false if none is.
+    /// Measures the next missing error; false if none is missing.
     pub fn step(&mut self, progress: &dyn Fn(f64)) -> flexure::Result<bool> {
         let [done, all] = self.work();
         for Costly { part, cost } in self.each() {
@@ -215,7 +215,7 @@ pub struct Outcome {
     networks: Option<RateTable<EstimatorSetting>>,
 }
 
-/// A table, whatever its settings are.
+/// A table with any type of settings.
 trait Rates: std::fmt::Display {
     /// Whether each slope agrees with theory.
     fn verdicts(&self) -> Vec<bool>;

@@ -90,7 +90,7 @@ fn data_name(setting: &Setting) -> String {
     }
 }
 
-/// The seven nonlinearities: the plain estimate beside the refined identification.
+/// The seven nonlinearities: the plain estimate and the refined identification.
 fn known(outcome: &Outcome) -> Option<StudySection> {
     let plain = || {
         let results = outcome.plain.iter().flat_map(|t| &t.results);
@@ -126,7 +126,7 @@ fn known(outcome: &Outcome) -> Option<StudySection> {
     })
 }
 
-/// The standard deviation of phi over the inside of the input's range, by which relative errors are made.
+/// The standard deviation of phi over the inside of the input's range, the divisor of relative errors.
 fn deviation(phi: KnownNonlinearity) -> f64 {
     let values: Vec<f64> = (0..2000)
         .map(|i| phi.value(1.5 * (f64::from(i) / 999.5 - 1.0)))
@@ -166,7 +166,7 @@ fn estimators(table: &RateTable<EstimatorSetting>, heading: &str, short: &str) -
 struct Line<'a> {
     name: String,
     points: &'a [RatePoint],
-    /// By which the errors are divided.
+    /// The divisor of the errors.
     size: f64,
     /// The exponent that theory gives.
     exponent: f64,
@@ -228,7 +228,7 @@ fn plot(title: &str, y_label: &str, lines: &[Line], guides: Guides) -> Option<Ra
     })
 }
 
-/// A power of n somewhat below the measured errors, from the first of them on.
+/// A power of n somewhat below the measured errors, starting at the first of them.
 fn guide(n: &[f64], error: &[f64], exponent: f64, name: String) -> RateLine {
     let start = n.iter().zip(error).find(|(_, e)| e.is_finite());
     let (n0, e0) = start.map_or((f64::NAN, f64::NAN), |(n, e)| (*n, 0.7 * e));

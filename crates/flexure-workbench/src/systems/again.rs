@@ -1,4 +1,4 @@
-//! A model from its file on another record, as the page of an identification shows it.
+//! A model file applied to another record, for the page of an identification.
 
 use anyhow::{Context as _, Result};
 use flexure::Block;
@@ -17,7 +17,7 @@ use super::validation::{Judged, Judging};
 use crate::labels::Labels;
 
 impl Identified {
-    /// The model of a file, judged on a record: what [`Judged::new`] says of it, with the model's blocks. On the record that the model
+    /// The model of a file, judged on a record: the result of [`Judged::new`], with the model's blocks. On the record that the model
     /// was identified from, the samples that were fitted are left out, unless `judging` says how many to skip.
     ///
     /// # Errors
@@ -73,7 +73,7 @@ impl Identified {
     }
 }
 
-/// The samples of a record that a model was fitted to, where it was identified from this record alone.
+/// The samples of a record that a model was fitted to, if it was identified from this record alone.
 fn samples_fitted(model: &ModelFile, file: &RecordFile, columns: SystemColumns) -> Result<Option<usize>> {
     let connected = [columns.inputs, &[columns.output]].concat();
     let mark = RecordMark::new(&file.name(), &file.record, &connected)?;
@@ -93,7 +93,7 @@ fn named(model: &ModelFile, inputs: &[String]) -> (Vec<Path>, f64) {
     let output_offset = collect(&model.block, &mut labels, &mut blocks);
     let mut blocks = blocks.into_iter();
     let paths = model.paths.iter().map(|path| Path {
-        // The record may call the inputs otherwise than the model does.
+        // The record may have other names for the inputs than the model.
         inputs: path
             .inputs
             .iter()
@@ -112,12 +112,12 @@ fn renamed(name: &str, own: &[String], inputs: &[String]) -> String {
         .to_owned()
 }
 
-/// Appends the blocks that are neither compounds nor offsets, in order, each with its label; returns the sum of the offsets behind them.
+/// Appends the blocks that are neither compounds nor offsets, in order, each with its label. Returns the sum of the offsets after them.
 fn collect<'a>(block: &Block, labels: &mut impl Iterator<Item = &'a BlockLabel>, named: &mut Vec<NamedBlock>) -> f64 {
     match block {
         Block::Series(blocks) => blocks.iter().fold(0.0, |before, block| match block {
             Block::Offset(offset) => before + offset,
-            // What is added before a block is no offset of the output.
+            // An offset before a block is no offset of the output.
             block => collect(block, labels, named),
         }),
         Block::Parallel(blocks) | Block::Inputs(blocks) => {
@@ -145,7 +145,7 @@ fn errors(label: &BlockLabel) -> Option<CoefficientErrors> {
     })
 }
 
-/// The heading of a block; files of earlier versions have its role alone.
+/// The heading of a block; files of earlier versions have only its role.
 fn title(label: &BlockLabel) -> String {
     match label.title.is_empty() {
         true => capitalised(&label.role.replace('_', " ")),
@@ -153,7 +153,7 @@ fn title(label: &BlockLabel) -> String {
     }
 }
 
-/// A curve with what its label knows of it.
+/// A curve with the facts of its label.
 fn nonlinearity(curve: &Curve, label: &BlockLabel) -> StaticBlock {
     match label.breakpoints.is_empty() {
         true => StaticBlock::new(curve.clone(), "curve"),
@@ -161,7 +161,7 @@ fn nonlinearity(curve: &Curve, label: &BlockLabel) -> StaticBlock {
     }
 }
 
-/// A block that is neither a compound nor an offset, with what its label knows of it.
+/// A block that is neither a compound nor an offset, with the facts of its label.
 fn kind(block: &Block, label: &BlockLabel) -> Option<BlockKind> {
     Some(match block {
         Block::Static(curve) => BlockKind::Static(nonlinearity(curve, label)),

@@ -12,7 +12,7 @@ use crate::labels::Labels;
 use crate::lines::{Lines, Tone};
 use crate::plots::time_axis;
 
-/// The mark behind a model that has seen the record.
+/// The mark after a model that has seen the record.
 const SEEN: &str = " *";
 
 /// A model that takes part, and the columns that it connects.
@@ -27,7 +27,7 @@ pub struct ComparedModel {
     pub output: String,
 }
 
-/// What a model made of the record.
+/// A model's result on the record.
 struct Outcome {
     compared: ComparedModel,
     judged: Judged,
@@ -42,8 +42,8 @@ pub struct Compared {
 }
 
 impl Compared {
-    /// Runs every model under the record's inputs. The first samples count for none of them: as many as `judging` skips, by default as many
-    /// as the slowest model takes to settle, at most a tenth of the record.
+    /// Runs every model under the record's inputs. The first samples do not count for any model: as many as `judging` skips; by default as
+    /// many as the slowest model takes to settle, at most a tenth of the record.
     ///
     /// # Errors
     /// As [`Judged::new`].
@@ -75,7 +75,7 @@ impl Compared {
         })
     }
 
-    /// What is compared on how many samples.
+    /// The heading: what is compared, and on how many samples.
     fn heading(&self) -> String {
         // Samples without an output do not count.
         let counted = self.outcomes.iter().map(|o| o.judged.verdict.measures.samples);
@@ -88,7 +88,7 @@ impl Compared {
         )
     }
 
-    /// What the mark means, where a model has it.
+    /// What the mark means, if a model has it.
     fn remark(&self) -> Option<String> {
         let seen = self.outcomes.iter().filter(|o| o.judged.seen).count();
         (seen > 0).then(|| {

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::lines::{Lines, Tone};
 
-/// A fit below which its size says nothing, percent.
+/// The size of a fit below this, in percent, means nothing.
 const DIVERGES: f64 = -1000.0;
 
 /// The answer, in short.
@@ -18,7 +18,7 @@ fn answer(comparison: &StructureComparison) -> &'static str {
         .map_or("none of these", |structure| structure.title)
 }
 
-/// What is said of the model that follows where the data support no structure.
+/// The reservation about the chosen model if the data support no structure.
 fn reservation(comparison: &StructureComparison) -> Option<String> {
     comparison.supported.is_none().then(|| {
         format!(
@@ -28,7 +28,7 @@ fn reservation(comparison: &StructureComparison) -> Option<String> {
     })
 }
 
-/// The object that `identify --structure auto --json` and the model file have.
+/// The object in the output of `identify --structure auto --json` and in the model file.
 pub fn json(comparison: &StructureComparison) -> Value {
     let name = |s: StructureName| s.key;
     let refutation = |r: &Refutation| match r {
@@ -65,7 +65,7 @@ pub fn json(comparison: &StructureComparison) -> Value {
     })
 }
 
-/// The fit, as far as it says anything.
+/// The fit for reading, if its size means anything.
 fn fit(c: &StructureCandidate) -> String {
     match c.fit_percent {
         f if f < DIVERGES => "diverges".to_owned(),
@@ -90,7 +90,7 @@ pub fn write(comparison: &StructureComparison, columns: &str, lines: &mut Lines)
         let refuted = match (c.refuted_by.is_empty(), is_supported(comparison, c)) {
             (true, _) => "",
             (false, false) => "  refuted",
-            // What a test sees of it is too small to matter.
+            // A test detects the misfit, but it is too small to matter.
             (false, true) => "  negligible misfit",
         };
         let (fit, rms) = (fit(c), number(c.rms));

@@ -38,7 +38,7 @@ impl Identified {
     }
 }
 
-/// The names of the blocks of a path, and what is known of each beside the block itself.
+/// The names of the blocks of a path, and further facts about each that the block itself does not hold.
 fn path(path: &Path) -> ModelPath {
     ModelPath {
         inputs: path.inputs.clone(),

@@ -31,7 +31,7 @@ impl Identified {
     }
 }
 
-/// The results beside the model itself: the verdict, what was tried, and the details that `kept` lets through.
+/// The results in addition to the model itself: the verdict, what was tried, and the details that `kept` lets through.
 pub fn findings(identified: &Identified, kept: fn(&Detail) -> bool) -> Value {
     let result = &identified.result;
     let verdict = &result.verdict;

@@ -1,4 +1,4 @@
-//! What `flexure identify`, `predict` and `validate` do between reading and writing, with a record in memory.
+//! The work of `flexure identify`, `predict` and `validate` between reading and writing, with a record in memory.
 
 mod again;
 mod columns;

@@ -1,5 +1,4 @@
-//! What periods of a record say without any model: the best linear approximation with the levels of noise and nonlinear
-//! distortion.
+//! What the periods of a record show without a model: the best linear approximation, with the levels of noise and nonlinear distortion.
 
 use anyhow::Result;
 use flexure::linear::{BestLinearApproximation, PeriodicSignals, period_of};
@@ -12,7 +11,7 @@ use crate::lines::Lines;
 use crate::plots::unwrapped;
 use crate::text::number;
 
-/// Periods from which on the first one is left out, in which the transient decays.
+/// With this many periods or more, the first one is left out: the transient decays in it.
 const ENOUGH_PERIODS: usize = 3;
 
 /// A best linear approximation of a record.
@@ -25,7 +24,7 @@ pub struct Periodic {
     settled: bool,
 }
 
-/// The period in samples with which an input repeats itself within the first of so many realisations, if it does.
+/// The period, in samples, of an input within the first realisation, if it repeats itself there.
 pub fn period(input: &[f64], realisations: usize) -> Option<usize> {
     period_of(&input[..input.len() / realisations])
 }
@@ -38,8 +37,8 @@ fn relative(best: &BestLinearApproximation, levels: &[f64]) -> f64 {
 }
 
 impl Periodic {
-    /// The approximation from the column `input` to the column `output` of a record of so many realisations of equal length, whose input has this period in samples: at least 2,
-    /// and at most the length of a realisation.
+    /// The approximation from the column `input` to the column `output`. The record has `realisations` of equal length. The input's
+    /// `period`, in samples, is at least 2 and at most the length of a realisation.
     pub fn new(
         file: &RecordFile,
         input: &str,
@@ -70,7 +69,7 @@ impl Periodic {
         })
     }
 
-    /// A level of the estimate, which is the mean of all realisations, as that of a single one.
+    /// Levels of the estimate, which is the mean of all realisations, converted to those of a single realisation.
     fn single(&self, levels: &[f64]) -> Vec<f64> {
         let gain = (self.best.realisations as f64).sqrt();
         levels.iter().map(|s| gain * s).collect()
@@ -87,7 +86,7 @@ impl Periodic {
         )
     }
 
-    /// The levels relative to the response, for reading; where they are not known, what would show them.
+    /// The levels relative to the response, for reading; if they are not known, what would show them.
     fn levels(&self) -> String {
         let best = &self.best;
         let decibels = |levels: &[f64]| format!("{:.1} dB", relative(best, levels));

@@ -1,4 +1,4 @@
-//! Poles as what they do in time: natural frequency and damping of a pair, time constant of a real pole.
+//! Poles by their effect in time: natural frequency and damping of a pair, time constant of a real pole.
 //!
 //! A pole z of a system with the sample time T is the sampled pole $s = \log(z)/T$ of a continuous one. A pair has the natural
 //! frequency $|s|/2\pi$ and the damping $-\Re(s)/|s|$, a real pole between 0 and 1 the time constant $-1/s$.
@@ -8,10 +8,10 @@ use flexure::text::number;
 
 use crate::lines::unbroken;
 
-/// How near to 1 a pole is that of an integrator: that of rounding.
+/// A pole this near to 1 is that of an integrator; the difference is rounding.
 const INTEGRATOR: f64 = 1e-9;
 
-/// What is said where there are no roots.
+/// The text if there are no roots.
 pub const NONE: &str = "none";
 
 /// Poles for reading, slowest first, a conjugate pair once; frequencies in cycles a sample without a sample time.
@@ -50,7 +50,7 @@ fn pole_text(z: Complex<f64>, sample_time: Option<f64>) -> String {
     }
 }
 
-/// Roots for reading as they are, a conjugate pair once.
+/// Roots for reading without conversion, a conjugate pair once.
 pub fn roots_text(list: Option<Vec<Complex<f64>>>) -> String {
     let Some(list) = list else {
         return "not found".to_owned();

@@ -15,7 +15,7 @@ use crate::systems::columns::SystemColumns;
 /// The state in which a model starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Start {
-    /// That which fits the record's first outputs best.
+    /// The state that fits the record's first outputs best.
     Estimate,
     /// The steady state that belongs to the input's first sample: what is predicted does not depend on later inputs.
     Steady,
@@ -91,7 +91,7 @@ impl FreeRun {
     }
 }
 
-/// A prediction some samples ahead, and how it came about.
+/// A prediction some samples ahead, and how it was made.
 pub struct Ahead {
     /// The predicted output.
     pub output: Vec<f64>,
@@ -102,7 +102,7 @@ pub struct Ahead {
 }
 
 impl Ahead {
-    /// Adds to a free run what the model's noise model expects of the error last seen `horizon` samples ago.
+    /// Adds to a free run the error that the noise model predicts from the errors up to `horizon` samples ago.
     pub fn new(model: &ModelFile, run: &FreeRun, measured: &[f64], horizon: usize) -> Result<Self> {
         let noise = model.noise_model.as_deref().unwrap_or_default();
         let samples = if horizon == 1 { "sample" } else { "samples" };
@@ -134,7 +134,7 @@ pub fn simulate(block: &Block, file: &RecordFile, inputs: &[&str]) -> Result<Vec
     let Some(first) = y.iter().position(|v| !v.is_finite()) else {
         return Ok(y);
     };
-    // A linear part starts from its input's mean, so that one unknown value spoils the output from the start.
+    // A linear part starts from its input's mean, so one unknown value makes the whole output unknown.
     let unknown = |entry: Entry| {
         let sample = entry.into.iter().position(|&v| entry.curve.value(v).is_nan())?;
         let behind = if entry.direct {
@@ -181,18 +181,18 @@ pub fn predict(
     }
 }
 
-/// A curve that comes first in a model, and what enters it.
+/// The first curve of a model, and the signal that enters it.
 struct Entry<'a> {
     curve: &'a Curve,
     into: Cow<'a, [f64]>,
     /// The index of the input that enters it.
     input: usize,
-    /// Whether the input enters by itself, and not behind a linear part.
+    /// Whether the input enters directly, not after a linear part.
     direct: bool,
 }
 
 impl<'a> Entry<'a> {
-    /// The first curve behind an input: of the first branch, where there are several.
+    /// The first curve after an input: that of the first branch, if there are several.
     fn of(block: &'a Block, signal: &'a [f64], input: usize) -> Option<Self> {
         let entry = |curve, into, direct| Entry {
             curve,
@@ -220,7 +220,7 @@ impl<'a> Entry<'a> {
     }
 }
 
-/// The block of several inputs that comes first, or the whole model of one.
+/// The first block of several inputs, or the whole model if it has one input.
 fn entrance(block: &Block) -> &Block {
     match block {
         Block::Series(blocks) if block.inputs() > 1 => blocks.first().map_or(block, entrance),
@@ -239,13 +239,13 @@ fn entries<'a>(block: &'a Block, inputs: &[&'a [f64]]) -> Vec<Entry<'a>> {
         .collect()
 }
 
-/// What of the inputs lies outside the abscissas of the first nonlinearity.
+/// The input samples outside the abscissas of the first nonlinearity.
 pub struct Outside {
     /// How many samples.
     pub samples: usize,
     /// At which instants.
     pub at: Vec<usize>,
-    /// Whether the nonlinearity has the value of the nearest end at all of them.
+    /// Whether the nonlinearity has the value of the nearest end at all these samples.
     held: bool,
     /// Whether the input itself enters the nonlinearity.
     direct: bool,
@@ -283,7 +283,7 @@ impl Outside {
         outside
     }
 
-    /// Whether each of so many samples follows an excursion within the time that the model takes to settle.
+    /// Whether each of the samples follows an excursion within the model's settling time.
     pub fn affected(&self, samples: usize, settling: usize) -> Vec<bool> {
         let mut affected = vec![false; samples];
         for &n in &self.at {

@@ -1,4 +1,4 @@
-//! An identified system as text: the result first, then what it says, then the blocks.
+//! An identified system as text: the result first, then its meaning, then the blocks.
 
 use flexure::identify::result::{BlockKind, CoefficientErrors, LinearBlock, NamedBlock, Path, Place};
 use flexure::identify::{Verdict, Warning};
@@ -31,7 +31,7 @@ impl Identified {
                 verdict.in_short()
             ),
         );
-        // It says why the model cannot hold.
+        // A fundamental warning says why the model cannot hold.
         let (above, below): (Vec<_>, Vec<_>) = (result.warnings.iter()).partition(|w| is_fundamental(w));
         above.into_iter().for_each(|warning| lines.warning(warning));
         lines.sentence(verdict.text());
@@ -104,7 +104,7 @@ impl Identified {
             }
             BlockKind::Linear(own) => self.write_linear(&title, own, lines),
             BlockKind::Surface(surface) => write_surface(&title, surface, &path.inputs, lines),
-            // Their details say what there is to say.
+            // The details already describe these blocks.
             BlockKind::Narx(_) | BlockKind::Volterra(_) => {}
         }
     }
@@ -219,7 +219,7 @@ mod tests {
         assert_eq!(text(vec![0.0; 9], vec![1.0], None), "all zero");
     }
 
-    /// The standard errors of a pole and a zero that cancel are numbers of no use to a reader.
+    /// The standard errors of a cancelling pole and zero are useless to a reader.
     #[test]
     fn coefficients_that_the_data_do_not_determine_say_so() {
         let text = |error: f64| {

@@ -27,7 +27,8 @@ pub struct Identified {
     pub result: Identification,
     /// The sample time of its record in s, where it is known.
     pub sample_time: Option<f64>,
-    /// Whether its record is another one than it was identified from: then all samples behind the first are judged, and none was fitted.
+    /// Whether its record differs from the one that it was identified from: then no sample was fitted, and all except the first ones are
+    /// judged.
     pub is_other_record: bool,
     /// Whether outputs could be missing in its record.
     pub missing: bool,
@@ -37,7 +38,7 @@ pub struct Identified {
     pub labels: Labels,
     /// The records that it was identified from, one an experiment.
     pub records: Vec<RecordMark>,
-    /// The best linear approximation of a periodic record, which is reported beside the model.
+    /// The best linear approximation of a periodic record, reported in addition to the model.
     pub periodic: Option<Periodic>,
 }
 
@@ -58,8 +59,8 @@ impl Task {
     }
 
     /// Identifies from columns of a record, and says in which file and line an error lies. `experiments` has the samples of each
-    /// experiment, whose records follow each other in `file`. `stage` hears what is being done, and stops the work by returning
-    /// [`ControlFlow::Break`].
+    /// experiment, whose records follow each other in `file`. `stage` is called with the name of the present stage, and stops the work by
+    /// returning [`ControlFlow::Break`].
     pub fn identify(
         &self,
         file: &RecordFile,
@@ -80,7 +81,7 @@ impl Task {
         let request = Request::new(&records, inputs, output, self.options.clone());
         let result = self.structure.identify_with(&request, &mut |name| stage(name));
         let mut result = result.map_err(|error| file.locate(named(error, file)))?;
-        // A model with a pole at 1 has a place for it.
+        // A model with a pole at 1 can describe the integration.
         if result.detail("integrators").is_none() {
             let integrated = integrated(records[0], inputs, output);
             result.warnings.splice(0..0, integrated);
@@ -102,7 +103,7 @@ impl Task {
     }
 }
 
-/// A warning for an output that integrates an input; it is the first one, as it says why all others were to be expected.
+/// A warning for an output that integrates an input; it comes first, since it explains all others.
 fn integrated(record: &Record, inputs: &[&str], output: &str) -> Option<Warning> {
     let y = record.column(output).ok()?;
     let integrates = |input: &&&str| record.column(input).is_ok_and(|u| integrated_output(u, y).is_some());
@@ -136,7 +137,7 @@ pub fn check(file: &RecordFile, inputs: &[&str], output: &str, may_miss: bool) -
     Ok(())
 }
 
-/// The error with a name for what enters a nonlinearity where the file has no column of the library's name for it.
+/// The error, with a name for the signal that enters a nonlinearity if the file has no column of the library's name.
 fn named(error: flexure::Error, file: &RecordFile) -> flexure::Error {
     error.with_columns(|column| {
         let inner = column == "x" && !file.has(column);

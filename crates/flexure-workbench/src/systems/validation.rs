@@ -24,7 +24,7 @@ use flexure::text::{counted, fit, p_value, shown_path};
 /// On which samples a model is judged, and where its run starts.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Judging {
-    /// The samples at the start that do not count; without it those that the model takes to settle, at most a tenth.
+    /// The samples at the start that do not count; by default those that the model takes to settle, at most a tenth.
     pub skip: Option<usize>,
     /// The state in which the record begins.
     pub initial_state: Option<Start>,
@@ -43,15 +43,15 @@ pub struct Judged {
     /// The model's run.
     pub free: FreeRun,
     outside: Outside,
-    /// The verdict on the samples on which no excursion of the input acts, if there is any.
+    /// The verdict on the samples that no excursion of the input affects; `None` without excursions.
     within: Option<Verdict>,
     /// Whether the model was identified from this very record.
     pub seen: bool,
-    /// What stands alone in the error.
+    /// Outliers of the error.
     outliers: Outliers,
 }
 
-/// Samples of the output far from the model and from the samples beside.
+/// Samples of the output far from the model and from the neighbouring samples.
 struct Outliers {
     samples: Vec<usize>,
     /// The lines of the first ones in the file, where it has lines.
@@ -60,7 +60,7 @@ struct Outliers {
 }
 
 impl Outliers {
-    /// Named are at most so many.
+    /// The most outliers that are named.
     const NAMED: usize = 5;
 
     fn sentence(&self) -> Option<String> {
@@ -110,7 +110,7 @@ impl Judged {
                 y.len()
             );
         }
-        // Behind the settling time the state at the start no longer counts.
+        // After the settling time, the initial state no longer matters.
         let start = judging.initial_state.or((skip >= settling).then_some(Start::Steady));
         let free = FreeRun::new(&model.block, file, inputs, Some(y), start)?;
         let error = |i: usize| if i < skip { f64::NAN } else { y[i] - free.output[i] };
@@ -157,7 +157,7 @@ impl Judged {
         })
     }
 
-    /// The verdict in sentences; of the record that the model was identified from none says "fresh".
+    /// The verdict in sentences; on the record that the model was identified from, the word "fresh" is not used.
     fn text(&self) -> String {
         let text = self.verdict.text();
         match self.seen {
@@ -274,8 +274,7 @@ fn settling(model: &ModelFile) -> usize {
     model.settling.unwrap_or_else(|| model.block.settling(SETTLED))
 }
 
-/// The samples at the start of a record of so many that do not count unless the user says otherwise: those that the model takes to
-/// settle, at most a tenth.
+/// The number of first samples that do not count by default: those that the model takes to settle, at most a tenth of `samples`.
 pub(super) fn usual_skip(model: &ModelFile, samples: usize) -> usize {
     settling(model).min(samples / 10)
 }

@@ -1,4 +1,4 @@
-//! Prints what is found of simulated joints with friction at the motor, late samples, damping, hysteresis, presliding and gravity: how often
+//! Prints the results for simulated joints with friction at the motor, late samples, damping, hysteresis, presliding and gravity: how often
 //! the truth lies within 95 % errors and bands, and which effects are named.
 //!
 //! ```text
@@ -9,7 +9,8 @@
 //! Each run is another motion of 60 s at 500 Hz in a position loop, with other noise. "Jm", "M" are the shares of runs whose inertia lies
 //! within 1.96 standard errors, with the root mean square of their relative errors; "stiffness", "friction" and "motor" the share of points, evenly over the range,
 //! at which the band contains the truth, averaged over the runs, with the relative L2 distance. "named" is the share of runs in which all effects that the joint
-//! has are given as facts, "left open" that in which effects compete, "false" that in which an effect is given as a fact that the joint does not have.
+//! has are given as facts, "left open" is the share in which effects compete, "false" the share in which a fact is an effect that the joint
+//! does not have.
 
 mod simulated;
 
@@ -20,7 +21,7 @@ use simulated::{FAMILIES, Family, NOISES, Noise, recording};
 /// Points of the range at which coverage is counted.
 const POINTS: usize = 100;
 
-/// Sums over runs: of what lies within, and of squared relative errors.
+/// Sums over runs: of covered values, and of squared relative errors.
 #[derive(Default)]
 struct Sums {
     runs: f64,

@@ -1,6 +1,6 @@
 //! Simulated joints with known losses, springs and clocks, in a sampled position loop.
 //!
-//! Motor and link as two inertias; what rubs, bends and remembers between them can be switched on one by one:
+//! Motor and link as two inertias; friction, springs and hysteresis between them can be switched on one by one:
 //!
 //! | effect | equation |
 //! |---|---|
@@ -42,7 +42,7 @@ impl LuGre {
     }
 }
 
-/// A spring with memory beside the other one.
+/// A spring with memory, parallel to the other one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hysteresis {
     /// Its stiffness h where it turns, N m/rad.
@@ -67,7 +67,7 @@ pub struct Joint {
     pub hysteresis: Option<Hysteresis>,
     /// The largest torque of gravity, N m.
     pub gravity: f64,
-    /// By how much the link's samples are late, s; a whole number of steps of the integration.
+    /// The delay of the link's samples, s; a whole number of steps of the integration.
     pub late: f64,
 }
 
@@ -92,7 +92,7 @@ pub struct Recording {
     pub band: [f64; 2],
     /// The standard deviation of the encoders' noise, rad.
     pub encoders: f64,
-    /// That of the torque's noise, N m.
+    /// The standard deviation of the torque's noise, N m.
     pub torque: f64,
 }
 
@@ -143,7 +143,7 @@ impl Joint {
         std::array::from_fn(|i| x[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]))
     }
 
-    /// The log of a motion after a random-phase multisine of the motor's angle, which seed and recording determine.
+    /// The log of a motion that follows a random-phase multisine of the motor's angle; seed and recording determine it.
     ///
     /// # Errors
     /// For a recording with which no multisine can be made.
@@ -174,7 +174,7 @@ impl Joint {
         };
         for (i, r) in reference.iter().enumerate() {
             let before = reference[i.saturating_sub(1)];
-            // A position loop whose bandwidth goes with the motor's inertia.
+            // A position loop with gains proportional to the motor's inertia.
             let torque = self.motor_inertia * (400.0 * (r - x[0]) + 40.0 * ((r - before) / sample_time - x[2]));
             log.motor.push(x[0] + noise(recording.encoders));
             log.link.push(past[0] + noise(recording.encoders));
@@ -189,7 +189,7 @@ impl Joint {
     }
 }
 
-/// A kind of joint, with the effects that it has besides inertias, a spring and friction at the link.
+/// A kind of joint, with its effects in addition to inertias, a spring and friction at the link.
 pub struct Family {
     pub name: &'static str,
     pub joint: Joint,
@@ -199,9 +199,9 @@ pub struct Family {
 /// The noise of a log.
 pub struct Noise {
     pub name: &'static str,
-    /// Of the encoders, rad.
+    /// The encoders' noise, rad.
     pub encoders: f64,
-    /// Of the torque, N m.
+    /// The torque's noise, N m.
     pub torque: f64,
 }
 

@@ -3,7 +3,8 @@
 //! - A linear block has 1 to 4 poles and as many zeros less one, real or in pairs, of moduli 0.2 to 0.9 (zeros 1.3). It is drawn
 //!   again until its memory is visible: at least 20 % of the impulse response's energy outside its largest coefficient.
 //! - A nonlinearity acts on a signal of zero mean and unit variance. It is drawn again until it is visible: at least 2 % of its
-//!   output's variance is not linear in its input. A Wiener-Hammerstein system has none that is even, which no linear approximation can see.
+//!   output's variance is not linear in its input. A Wiener-Hammerstein system has no even nonlinearity: a linear approximation would not see
+//! it.
 //! - The input is white Gaussian, white uniform, or Gaussian of autocorrelation 0.6^k, in turn.
 
 use flexure::linear::TransferFunction;
@@ -20,7 +21,7 @@ const BEFORE: usize = 500;
 const MEMORY: f64 = 0.2;
 const BEND: f64 = 0.02;
 
-/// What a drawn system is.
+/// The kind of a drawn system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     Linear,
@@ -32,15 +33,15 @@ pub enum Kind {
     HammersteinWiener,
     /// Two Hammerstein branches.
     Parallel,
-    /// None of the structures: a mass on a spring with hysteresis (Bouc and Wen).
+    /// No such structure: a mass on a spring with hysteresis (Bouc and Wen).
     Hysteresis,
-    /// None: a Hammerstein system whose gain doubles.
+    /// No such structure: a Hammerstein system whose gain doubles.
     Drift,
-    /// None: linear dynamics that change where the input's running mean changes its sign.
+    /// No such structure: linear dynamics that change when the input's running mean changes its sign.
     Regimes,
-    /// None: a hardening spring and dry friction.
+    /// No such structure: a hardening spring and dry friction.
     TwoLoops,
-    /// None: a hardening spring under a force that is not recorded.
+    /// No such structure: a hardening spring under a force that is not recorded.
     Disturbed,
 }
 
@@ -227,7 +228,7 @@ fn standardised(v: &[f64]) -> Vec<f64> {
     v.iter().map(|x| (x - mean) / spread).collect()
 }
 
-/// What acts on a mass besides the input and a damper.
+/// The force on a mass in addition to the input and a damper.
 #[derive(Clone, Copy)]
 enum Force {
     Spring,

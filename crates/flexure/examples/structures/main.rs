@@ -1,6 +1,6 @@
 //! The structure of random systems from input and output alone: `cargo run --release -p flexure --example structures`.
 //!
-//! Ten random systems of each of seven structures (see `draw.rs` for the rule), then ten of each of five kinds that are none of them;
+//! Ten random systems of each of seven structures (see `draw.rs` for the rule), then ten of each of five kinds outside these structures;
 //! 5000 samples, white output noise of 40 dB. Prints a line for each (the fits on fresh data, a star where something refutes the
 //! candidate) and the confusion matrix.
 //!

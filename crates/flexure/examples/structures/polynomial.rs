@@ -1,4 +1,4 @@
-//! Random polynomials, which several examples draw their linear blocks from.
+//! Random polynomials, from which several examples make their linear blocks.
 
 use rand::RngExt;
 use rand_pcg::Pcg64;

@@ -9,7 +9,7 @@
 
 use crate::linear::correlation::cross_covariance;
 
-/// Correlations this many standard errors, sqrt(log10 n / n) each, from zero count.
+/// Correlations count if they are this many standard errors, sqrt(log10 n / n) each, from zero.
 const SIGNIFICANT: f64 = 2.0;
 
 /// The block length that is best for the variance of the mean of `values`, in their order in time.

@@ -4,13 +4,12 @@
 //! for an estimator that is linear in the ordinates needs no resampling: with the fit S,
 //! $$ \hat m_{bc} = 2 \hat m - S[\hat m(X)] = \hat m + S[Y - \hat m(X)] . $$
 //! (Tukey's twicing.) For a kernel estimate this doubles the kernel's order; for a projection (a polynomial, a series,
-//! a spline without penalty) it changes nothing, and such an estimate is to be given more terms than are best for its
-//! error (undersmoothed). Every resample goes through the same correction, so that its variance counts, as in
-//! robust bias correction.
+//! a spline without penalty) it changes nothing, so such an estimate needs more terms than those of smallest error (undersmoothing). Every
+//! resample goes through the same correction, so that its variance counts, as in robust bias correction.
 //!
-//! The residuals have lost what the fit took of the noise. Fits of known noise show how much, by which the standard errors
-//! are widened, and how many observations N(x) = 1 / sum_i l_i(x)^2 the estimate at x amounts to: quantiles are raised
-//! from the normal to Student's distribution of N degrees of freedom (of no more than there are blocks).
+//! The residuals lack the part of the noise that the fit follows. Fits of known noise show how large it is; the standard errors are widened
+//! accordingly. They also show how many observations, N(x) = 1 / sum_i l_i(x)^2, the estimate at x is worth: quantiles are those of
+//! Student's distribution with N degrees of freedom, at most the number of blocks.
 
 use std::ops::ControlFlow;
 
@@ -31,8 +30,8 @@ const FEWEST: usize = 5;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scheme {
     /// Points are drawn one by one (Efron 1979; Freedman 1981): independent points, whose errors' variance may be any
-    /// function of x. The x are drawn too, so that it holds for estimators of local means (kernel of degree 0,
-    /// nearest neighbours) on a steep m, whose error comes from the uneven x as much as from the noise.
+    /// function of x. The x are drawn too. So the band also holds for local means (kernel of degree 0, nearest neighbours) on a steep m,
+    /// whose error comes from the uneven x as much as from the noise.
     #[default]
     Pairs,
     /// The x stay, and residuals keep their place and get random signs (Liu 1988; Davidson & Flachaire 2008): independent
@@ -49,8 +48,8 @@ pub enum Scheme {
 
 /// A band for any estimator by the bootstrap.
 ///
-/// The parameter of the estimator must be fixed, for instance to the value that was chosen from the data: otherwise
-/// it would be chosen anew for each resample.
+/// The parameter of the estimator must be fixed, for instance to the value that was chosen from the data: otherwise it would be chosen
+/// again for each resample.
 ///
 /// | parameter | purpose | valid range | default |
 /// |---|---|---|---|
@@ -123,8 +122,8 @@ impl BootstrapBand {
     /// The band at the points whose coordinates are the columns `at`, for the fit that `refit` makes of columns,
     /// ordinates and weights.
     ///
-    /// `progress` is called now and then with the resamples done and in all, and stops the computation by
-    /// returning [`ControlFlow::Break`]. The result depends neither on it nor on the number of threads.
+    /// `progress` is called now and then with the numbers of resamples, done and all, and stops the computation by returning
+    /// [`ControlFlow::Break`]. The result depends neither on it nor on the number of threads.
     ///
     /// The band is NaN where the estimate is NaN, and where more than half of the resampled estimates are.
     ///
@@ -208,7 +207,7 @@ impl BootstrapBand {
         }
     }
 
-    /// By how many standard errors the deviations at each point, or the largest at once, are exceeded.
+    /// The quantiles of the deviations in standard errors: at each point, or of the largest over all points.
     fn factors(&self, deviations: &[Vec<f64>], errors: &[f64]) -> Vec<f64> {
         let studentised = |row: &[f64], j: usize| (row[j] / errors[j]).abs();
         match self.kind {

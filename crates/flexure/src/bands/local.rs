@@ -11,7 +11,7 @@ use crate::nonlinearity::kernel::Sorted;
 
 /// Bandwidths beyond which the Gaussian kernel does not count: exp(-9^2 / 2) = 3e-18.
 const GAUSSIAN_REACH: f64 = 9.0;
-/// Where this little of the squared abscissas' size is left beside a line, there are only two of them.
+/// If a line leaves no more than this share of the squared abscissas, there are only two distinct ones.
 const TWO_ABSCISSAS: f64 = 1e-10;
 
 /// The points in reach of one point, and the kernel.
@@ -63,7 +63,7 @@ impl LocalPolynomial {
     /// The fit of at most this `degree` around `q`; nothing without points in reach. `weights` gets
     /// the w_i K_i of the points in `range`.
     ///
-    /// The degree is lower where the points have fewer than three (two) distinct abscissas.
+    /// The degree is lower if the points have fewer than three (two) distinct abscissas.
     pub fn new(window: Window<'_>, degree: usize, q: f64, weights: &mut Vec<f64>) -> Option<Self> {
         let range = window.range(q);
         let per_h = 1.0 / window.h;

@@ -1,9 +1,8 @@
 //! Confidence bands for a regression m(x) = E(Y | X = x).
 //!
-//! An interval around an estimate whose parameter was chosen for the smallest error misses the truth: its
-//! bias is then as large as its standard error, and does not fall behind it as n grows. The bands of this
-//! module are therefore centred at a bias-corrected estimate, and their width allows for the correction's
-//! own variance; of a bandwidth chosen by cross-validation [`RobustBand`] takes n^(-1/20) times as much.
+//! If an estimate's parameter was chosen for the smallest error, an interval around it misses the truth: the bias is then as large as the
+//! standard error, also for large n. The bands of this module are therefore centred at a bias-corrected estimate, and their width allows
+//! for the correction's own variance; [`RobustBand`] multiplies a bandwidth chosen by cross-validation by n^(-1/20).
 //!
 //! | band | estimators | errors | cost |
 //! |---|---|---|---|
@@ -36,17 +35,17 @@
 //! 992 single points is 93.0 % for n = 1000 and 91.7 % for n = 10,000. The plain estimate with 1.96 [standard
 //! errors](crate::nonlinearity::KernelFit::standard_errors) misses some points nine times in ten. Without the undersmoothing
 //! single points fell to 92 % for n = 1000, where m bends most and the noise is least, as one bandwidth serves all of x.
-//! For kernels the bootstrap of pairs covers 96 %, for nearest neighbours 99 %; with errors of autocorrelation 0.7 beside an x of
-//! autocorrelation 0.9, moving blocks cover 94 %, the wild bootstrap 90 %. With independent uneven errors and sin 3x at
-//! n = 500 (200 records, 99 resamples) the wild bootstrap covers 96.0 % for the local line (single points 93.0 % at
-//! least), 94.2 % (89.5 %) for the local constant, 96.0 % (89.0 %) for nearest neighbours and 95.5 % (93.5 %) for the
-//! penalised spline; other m and n were not measured for it.
+//! For kernels the bootstrap of pairs covers 96 %, for nearest neighbours 99 %; with errors of autocorrelation 0.7 and an x of
+//! autocorrelation 0.9, moving blocks cover 94 %, the wild bootstrap 90 %. With independent uneven errors and sin 3x at n = 500 (200
+//! records, 99 resamples) the wild bootstrap covers 96.0 % for the local line (single points 93.0 % at least), 94.2 % (89.5 %) for the
+//! local constant, 96.0 % (89.0 %) for nearest neighbours and 95.5 % (93.5 %) for the penalised spline; other m and n were not measured for
+//! it.
 //!
 //! # What no band here can do
 //!
-//! All of this rests on m being smooth at the scale of the bandwidth: at a jump or a kink the bias is not the
-//! one that is corrected, and the band misses the truth within a bandwidth of it. A polynomial or a series whose order
-//! was chosen for the smallest error, and which is still far from m, is not corrected by the bootstrap either.
+//! All of this assumes that m is smooth at the scale of the bandwidth: at a jump or a kink the correction does not remove the bias, and the
+//! band misses the truth within a bandwidth of it. A polynomial or a series whose order was chosen for the smallest error, and which is
+//! still far from m, is not corrected by the bootstrap either.
 
 mod blocks;
 mod bootstrap;
@@ -72,7 +71,7 @@ const MANY: f64 = 1e5;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BandKind {
-    /// m(x) at each point by itself: of many points some will be outside.
+    /// m(x) at each point by itself: among many points, some will be outside.
     #[default]
     Pointwise,
     /// m at all of the band's points at once.
@@ -81,8 +80,8 @@ pub enum BandKind {
 
 /// A confidence band on a set of points.
 ///
-/// Where `estimate` is NaN because no data are in reach, all the others are NaN; `lower` and `upper` alone are NaN
-/// where the data around the point say nothing of the noise.
+/// Where `estimate` is NaN because no data are in reach, all the others are NaN; only `lower` and `upper` are NaN where the data around the
+/// point show nothing about the noise.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Band {
     /// The points, column by column: `x[j][i]` is the coordinate of point i along dimension j.
@@ -139,9 +138,9 @@ fn check_level(level: f64, draws: usize, what: &str) -> Result<()> {
     Ok(())
 }
 
-/// The smallest value that at least the share `level` of the `values` does not exceed; they get sorted.
+/// The smallest value that at least the share `level` of the `values` does not exceed. Sorts the values.
 ///
-/// Of B values it is that of rank ceil(level (B + 1)), so that a further one is below it with that probability.
+/// For B values it is the one of rank ceil(level (B + 1)); a further value is below it with that probability.
 fn upper_quantile(values: &mut [f64], level: f64) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     let rank = (level * (values.len() + 1) as f64 - 1e-9).ceil() as usize;
@@ -156,7 +155,7 @@ fn student(normal_quantile: f64, freedom: f64) -> f64 {
     if !(freedom < MANY && normal_quantile.is_finite()) {
         return normal_quantile;
     }
-    // The upper tail, which does not round to 1.
+    // The upper tail is used since it does not round to 1.
     let tail = normal_below(-normal_quantile);
     -student_quantile(tail, freedom)
 }

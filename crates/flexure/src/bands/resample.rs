@@ -1,4 +1,4 @@
-//! Resamples, and what the corrected estimate makes of them.
+//! Resamples, and the corrected estimates from them.
 
 use std::ops::ControlFlow;
 
@@ -9,7 +9,7 @@ use super::bootstrap::{Refit, Scheme};
 use crate::error::{Error, Result, Stopped};
 use crate::parallel;
 
-/// Below this share of the noise in the residuals they say nothing of it.
+/// If the residuals keep less than this share of the noise, they show nothing about it.
 const NOTHING_LEFT: f64 = 1e-6;
 /// Resamples between two reports of progress.
 const CHUNK: usize = 32;
@@ -35,7 +35,7 @@ impl Sample<'_> {
     pub fn corrected(&self, y: &[f64], weights: Option<&[f64]>) -> Result<Values> {
         let once = (self.refit)(self.x, y, weights)?;
         let known = |fitted: Vec<f64>| -> Vec<f64> {
-            // No estimate at a point of its own: its ordinate is all there is to say.
+            // At a lone point there is no estimate, and only its ordinate is known.
             fitted
                 .iter()
                 .zip(y)
@@ -56,14 +56,14 @@ impl Sample<'_> {
     }
 }
 
-/// What the resamples are drawn from.
+/// The data from which resamples are drawn.
 pub(super) struct Resampler<'a> {
     pub fitted: &'a [f64],
     pub residuals: &'a [f64],
     pub y: &'a [f64],
     pub weights: Option<&'a [f64]>,
     pub scheme: Scheme,
-    /// Points in a block, where blocks are resampled.
+    /// Points in a block, if blocks are resampled.
     pub block: Option<usize>,
 }
 
@@ -84,8 +84,7 @@ impl Resampler<'_> {
         Ok(values.at)
     }
 
-    /// What fits make of noise of random sign and equal size: half the difference of two with opposite noise, so that
-    /// nothing but noise is left.
+    /// The fit of noise of random sign and equal size: half the difference of two fits with opposite noise, so that only noise is left.
     pub fn probe(&self, sample: &Sample<'_>, seed: u64) -> Result<Probe> {
         let size = self.mean_square(self.residuals.iter().copied()).sqrt();
         let signs = random_signs(self.y.len(), seed);
@@ -104,7 +103,7 @@ impl Resampler<'_> {
         self.fitted.iter().zip(errors).map(|(m, e)| m + e).collect()
     }
 
-    /// How often each point is in as many blocks as make up a sample, times its weight.
+    /// How often each point is in the blocks that make up a sample, times its weight.
     fn counts(&self, length: usize, seed: u64) -> Vec<f64> {
         let n = self.y.len();
         let mut rng = Pcg64::seed_from_u64(seed);
@@ -132,7 +131,7 @@ impl Resampler<'_> {
     }
 }
 
-/// What a fit makes of noise of unit size.
+/// The fit of noise of unit size.
 pub(super) struct Probe {
     /// The mean square of the residuals.
     left: f64,
@@ -140,7 +139,7 @@ pub(super) struct Probe {
     at: Vec<f64>,
 }
 
-/// What follows from the probes.
+/// The results of the probes.
 pub(super) struct Known {
     /// By how much the noise is greater than the residuals.
     pub widening: f64,

@@ -1,9 +1,9 @@
-//! Squared residuals that are unbiased for the noise variance where that is constant around a point.
+//! Squared residuals that are unbiased for the noise variance if it is constant around a point.
 //!
-//! Local quadratic fits at knots a fraction of a bandwidth apart, blended linearly in between, are a linear smoother
-//! of their own, whose every weight is known: O(1) windows a bandwidth, whatever n. With its weights l_ij,
+//! Local quadratic fits at knots a fraction of a bandwidth apart, blended linearly in between, are a separate linear smoother with known
+//! weights: O(1) windows per bandwidth for any n. With its weights l_ij,
 //! $$ E\,(Y_i - \hat m(X_i))^2 = \sigma^2 (1 - 2 l_{ii} + \textstyle\sum_j l_{ij}^2) , $$
-//! by which every squared residual is divided (the correction called HC2 where l is a projection).
+//! and every squared residual is divided by the factor of sigma^2 (the correction HC2 if l is a projection).
 
 use super::local::{LocalPolynomial, Window, dot};
 use crate::nonlinearity::Kernel;
@@ -13,16 +13,16 @@ use crate::parallel;
 const KNOTS: f64 = 4.0;
 /// The same for the Gaussian kernel, whose bandwidth is its standard deviation.
 const GAUSSIAN_KNOTS: f64 = 2.0;
-/// Below this share of the noise in the residual it says nothing of the noise.
+/// A residual with less than this share of the noise shows nothing about the noise.
 const NOTHING_LEFT: f64 = 1e-3;
 
-/// A local fit and what its weights' squares add up to.
+/// A local fit and the sums of its squared weights.
 struct Knot {
     fit: LocalPolynomial,
     squares: [[f64; 3]; 3],
 }
 
-/// What the fit at a knot says at some point.
+/// The part of the fit at a knot in the value at some point.
 struct Share {
     value: f64,
     /// The weight of an ordinate at that point.
@@ -50,8 +50,8 @@ impl Knot {
     }
 }
 
-/// For every point an estimate of its noise variance, of which only averages mean anything; NaN for all
-/// where no residual says anything about the noise.
+/// An estimate of the noise variance at every point; only averages of these are meaningful. NaN for all if no residual shows anything about
+/// the noise.
 pub(super) fn noise_variances(window: Window<'_>) -> Vec<f64> {
     let data = window.data;
     let places = knots(&data.x, window);
@@ -59,7 +59,7 @@ pub(super) fn noise_variances(window: Window<'_>) -> Vec<f64> {
     let mut right = 0;
     let squares: Vec<Option<f64>> = (0..data.len())
         .map(|i| {
-            // The knots on either side: places[left] <= x, and the next is beyond it.
+            // The knots on either side: places[left] <= x, and the next knot is beyond x.
             while right < places.len() && places[right] <= data.x[i] {
                 right += 1;
             }
@@ -81,14 +81,14 @@ pub(super) fn noise_variances(window: Window<'_>) -> Vec<f64> {
             (rest > NOTHING_LEFT).then(|| residual * residual / rest)
         })
         .collect();
-    // A point alone says nothing of the noise: it is taken to be as noisy as the others on average.
+    // A lone point shows nothing about the noise: its variance is the mean of the others.
     let known: Vec<f64> = squares.iter().copied().flatten().collect();
     let typical = known.iter().sum::<f64>() / known.len() as f64;
     squares.into_iter().map(|s| s.unwrap_or(typical)).collect()
 }
 
-/// Abscissas of the data, from the first to the last, as far apart as may be but not beyond the spacing unless
-/// there are no data in between.
+/// Abscissas of the data, from the first to the last, as far apart as possible but at most the spacing, unless there are no data in
+/// between.
 fn knots(x: &[f64], window: Window<'_>) -> Vec<f64> {
     let per_bandwidth = if window.kernel == Kernel::Gaussian {
         GAUSSIAN_KNOTS

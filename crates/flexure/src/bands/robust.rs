@@ -3,10 +3,9 @@
 //! The bias of the local constant or local linear estimate at bandwidth h is estimated from a local quadratic at
 //! bandwidth b = h/rho and subtracted. Both are linear in the ordinates, and so is the result,
 //! $$ \hat m_{bc}(x) = \sum_i l_i(x)\, Y_i , \qquad s^2(x) = \sum_i l_i(x)^2\, \hat\sigma_i^2 , $$
-//! so that s holds the variance of the correction too. With rho = 1 the corrected estimate is the local quadratic at h.
-//! The noise variances are squared residuals of the local quadratic at b, each freed of its own share of the fit
-//! ([`super::residual`]). Quantiles are Student's, with Satterthwaite's degrees of freedom (sum l_i^2)^2 / sum l_i^4,
-//! which matter where few points are in reach.
+//! so that s includes the variance of the correction. With rho = 1 the corrected estimate is the local quadratic at h. The noise variances
+//! are squared residuals of the local quadratic at b, each corrected for its own share of the fit ([`super::residual`]). Quantiles are
+//! Student's, with Satterthwaite's degrees of freedom (sum l_i^2)^2 / sum l_i^4, which matter if few points are in reach.
 
 use super::local::{LocalPolynomial, Window, dot};
 use super::residual::noise_variances;
@@ -25,10 +24,9 @@ const CELLS: f64 = 32.0;
 
 /// A band for [`KernelFit`] by robust bias correction; errors independent, their variance any function of x.
 ///
-/// The bandwidth may be the one that cross-validation chose: the correction is made for just that, at a bandwidth that is
-/// smaller by n^(-1/20), which takes the error of coverage from n^(-2/5) to its best order (Calonico, Cattaneo and Farrell
-/// 2018, section 4). For errors that
-/// depend on each other in time (beside a dependent x) it is too narrow: see [`super::BootstrapBand`].
+/// The bandwidth may be the one that cross-validation chose: the band then uses this bandwidth times n^(-1/20), which improves the error of
+/// coverage from n^(-2/5) to its best order (Calonico, Cattaneo and Farrell 2018, section 4). For errors that depend on each other in time
+/// (with an x that does too) it is too narrow: see [`super::BootstrapBand`].
 ///
 /// | parameter | purpose | valid range | default |
 /// |---|---|---|---|
@@ -173,9 +171,9 @@ impl RobustBand {
 
 /// The corrected estimate's weights.
 struct Smoother<'a> {
-    /// Of the estimate.
+    /// The window of the estimate.
     narrow: Window<'a>,
-    /// Of the bias estimate.
+    /// The window of the bias estimate.
     wide: Window<'a>,
     degree: Degree,
     variances: &'a [f64],
@@ -228,7 +226,7 @@ impl Smoother<'_> {
         };
         let narrow = LocalPolynomial::new(self.narrow, degree, q, &mut kernel_weights)?;
         let narrow_at = narrow.dual(q);
-        // The bias of the estimate where the truth is the quadratic's p_k: sum_i l_i p_k(X_i) - p_k(q).
+        // The bias of the estimate if the truth is the quadratic's p_k: sum_i l_i p_k(X_i) - p_k(q).
         let mut bias = [0.0; 3];
         for (k, &x) in kernel_weights.iter().zip(&self.narrow.data.x[narrow.range.clone()]) {
             let l = k * dot(narrow.basis(x), narrow_at);
@@ -256,18 +254,18 @@ impl Smoother<'_> {
 /// The weights l_i(q) of the ordinates.
 struct Weights<'a> {
     q: f64,
-    /// The points that may have any.
+    /// The points that may have a weight.
     range: std::ops::Range<usize>,
-    /// The estimate itself, where its bandwidth is not that of the bias estimate.
+    /// The estimate itself, if its bandwidth differs from that of the bias estimate.
     narrow: Option<Part<'a>>,
     wide: Part<'a>,
 }
 
-/// What a local polynomial contributes to the weights.
+/// The contribution of a local polynomial to the weights.
 struct Part<'a> {
     window: Window<'a>,
     polynomial: LocalPolynomial,
-    /// By how much each of the basis functions counts.
+    /// The factor of each basis function.
     dual: [f64; 3],
 }
 
@@ -295,7 +293,7 @@ impl Weights<'_> {
     }
 }
 
-/// The points in cells, within which the weights hardly differ.
+/// The points in cells; within a cell, the weights hardly differ.
 #[derive(Default)]
 struct Cells {
     /// Mean abscissas.

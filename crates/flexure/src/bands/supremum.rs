@@ -20,7 +20,7 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// Scales the row to unit variance; an empty row, which never counts, where it has none.
+    /// Scales the row to unit variance; without a variance, an empty row, which never counts.
     pub fn standardised(mut self) -> Self {
         let norm = self.weights.iter().map(|w| w * w).sum::<f64>().sqrt();
         if norm > 0.0 && norm.is_finite() {
@@ -32,7 +32,7 @@ impl Row {
     }
 }
 
-/// The quantile of max_j |sum_c row_jc xi_c| over `sources` independent standard normal xi, from so many draws.
+/// The quantile of max_j |sum_c row_jc xi_c| over `sources` independent standard normal xi, from `draws` draws.
 pub(super) fn quantile(rows: &[Row], sources: usize, level: f64, draws: usize, seed: u64) -> f64 {
     let mut maxima = parallel::map(draws, |draw| {
         let mut rng = Pcg64::seed_from_u64(seed_of(seed, draw));

@@ -1,7 +1,7 @@
-//! The loop: a plant, its encoders, an estimator, a controller, and what lies between them.
+//! The loop: a plant, its encoders, an estimator, a controller, and the delays and limits between them.
 //!
-//! At instant k the encoders are read, with noise and rounded to their counts; the estimator makes a state of the reading and of the
-//! torque that acted since; the controller's torque, limited, is held from instant k + delay on for one sample time.
+//! At instant k the encoders are read, with noise and rounded to their counts; the estimator computes a state from the reading and from the
+//! torque that has acted since; the controller's torque, limited, is held from instant k + delay on for one sample time.
 
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
@@ -23,7 +23,7 @@ pub trait Plant: Sync {
     /// The derivative of `[q1, q2, qm1, qm2, q1', q2', qm1', qm2']` under these motor torques.
     fn derivative(&self, x: &[f64; 8], torque: [f64; 2]) -> [f64; 8];
 
-    /// The state in which it moves as this reference does.
+    /// The state in which the plant moves as this reference does.
     fn start(&self, reference: [Jet; 2]) -> State;
 }
 
@@ -44,12 +44,12 @@ impl Plant for Arm {
     }
 }
 
-/// What the encoders read, rad.
+/// The encoders' readings, rad.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Encoders {
-    /// Of the links.
+    /// The links' readings.
     pub q: [f64; 2],
-    /// Of the motors.
+    /// The motors' readings.
     pub qm: [f64; 2],
 }
 
@@ -77,14 +77,14 @@ pub trait Controller: Send {
     fn reset(&mut self);
 }
 
-/// What an estimator is told at an instant.
+/// The inputs of an estimator at an instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moment {
-    /// Where the arm is said to start: at rest at the reference's start.
+    /// The assumed initial state: at rest at the reference's start.
     pub start: State,
     /// The true state, for comparisons that know it.
     pub truth: State,
-    /// What the encoders read.
+    /// The encoders' readings.
     pub encoders: Encoders,
     /// The torque that acted over the sample time before, N m.
     pub torque: [f64; 2],
@@ -92,9 +92,9 @@ pub struct Moment {
     pub step: Option<f64>,
 }
 
-/// Makes a state of what the encoders read.
+/// Computes a state from the encoders' readings.
 pub trait Estimator: Send {
-    /// The state at an instant; one without a sample time is the first of a run.
+    /// The state at an instant; an instant without a sample time is the first of a run.
     fn estimate(&mut self, moment: &Moment) -> State;
 }
 
@@ -113,7 +113,7 @@ impl Estimator for Exact {
 pub struct Differences {
     /// The filter's cut-off, Hz.
     cut_off: f64,
-    /// Whether the motors alone have encoders; the links are then taken to move with them.
+    /// Whether only the motors have encoders; the links are then assumed to move with them.
     motors_alone: bool,
     last: Encoders,
     velocity: [[f64; 2]; 2],
@@ -163,7 +163,7 @@ impl Estimator for Differences {
 /// How a loop runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoopOptions {
-    /// The instants; the reference is at rest behind its end.
+    /// The instants; the reference is at rest after its end.
     pub sampling: Sampling,
     /// The samples from a reading until its torque acts; 0 to 100.
     pub delay: usize,
@@ -177,7 +177,7 @@ pub struct LoopOptions {
     pub torque_noise: f64,
     /// The seed of all noise.
     pub seed: u64,
-    /// What is added to the reference's state at the start, on average: standard deviations of angles (rad) and velocities (rad/s).
+    /// The spread of the plant's initial state around the reference's: standard deviations of angles (rad) and velocities (rad/s).
     pub initial_spread: [f64; 2],
     /// The accuracy of the plant's integration.
     pub tolerances: Tolerances,

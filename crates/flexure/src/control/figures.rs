@@ -1,4 +1,4 @@
-//! What is measured of a run.
+//! The figures by which a run is judged.
 
 use super::{Run, tip};
 use crate::manipulator::Link;
@@ -10,7 +10,7 @@ pub struct Figures {
     pub tip_error_max: f64,
     /// The root mean square of that distance, m.
     pub tip_error_rms: f64,
-    /// Half of the widest range of either coordinate of the tip behind the end of the motion, m; NaN where the run ends before.
+    /// Half of the widest range of either coordinate of the tip after the end of the motion, m; NaN if the run ends before.
     pub residual_vibration: f64,
     /// The largest torque of either motor, N m.
     pub torque_peak: f64,

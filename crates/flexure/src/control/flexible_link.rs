@@ -1,7 +1,7 @@
 //! A single flexible link on a hub, and its model-reference adaptive control (Sasiadek & Srinivasan 1989, Dynamic modeling and adaptive control
 //! of a single-link flexible manipulator, AIAA J. Guidance 12).
 //!
-//! The link is a uniform beam by its first clamped-free modes \\(\phi_i\\) (Meirovitch), of which the root has the slope of the hub:
+//! The link is a uniform beam, described by its first clamped-free modes \\(\phi_i\\) (Meirovitch); its root has the slope of the hub:
 //!
 //! $$ w(x, t) = x\, \theta + \sum_i \phi_i(x) q_i, \qquad
 //!    J \theta'' + \sum_i a_i q_i'' = \tau, \quad a_i \theta'' + q_i'' + 2 \zeta \omega_i q_i' + \omega_i^2 q_i = 0 $$
@@ -9,8 +9,9 @@
 //! with \\(\omega_i = \beta_i^2 \sqrt{EI / \rho L^4}\\), \\(\int \rho \phi_i^2 = 1\\), \\(a_i = \int \rho x \phi_i = 2 L \sqrt{\rho L} / \beta_i^2\\) and
 //! \\(\phi_i(L) = \pm 2 / \sqrt{\rho L}\\). A payload at the tip adds its kinetic energy. Torque and hub rate are collocated, which makes the plant passive.
 //!
-//! In the loop it is an arm of one link: `qm[0]` is the hub's angle, `q[0]` that of the tip, its arc by the length, `qm[1]` the second mode's part of
-//! it, and `q[1]` stays. The hub is to move as a reference model does, [`ModelResponse`]. With \\(\epsilon = y_m' - \theta' + \lambda (y_m - \theta)\\),
+//! In the loop it is an arm of one link: `qm[0]` is the hub's angle, `q[0]` that of the tip (its arc over the length), `qm[1]` the second
+//! mode's part of it, and `q[1]` is constant. The hub follows a reference model, [`ModelResponse`]. With \\(\epsilon = y_m' - \theta' +
+//! \lambda (y_m - \theta)\\),
 //!
 //! $$ y_m'' = \omega^2 (r - y_m) - 2 \omega y_m', \qquad \tau = K^T x, \quad x = (\epsilon, y_m'', y_m'), \qquad K' = \Gamma\, \epsilon\, x $$
 
@@ -44,7 +45,7 @@ pub struct FlexibleLinkParameters {
 }
 
 impl Default for FlexibleLinkParameters {
-    /// A link of the space arm's length and mass, whose first mode is at 3.4 Hz where the root is clamped.
+    /// A link of the space arm's length and mass; its first mode with a clamped root is at 3.4 Hz.
     fn default() -> Self {
         FlexibleLinkParameters {
             length: 4.5,
@@ -180,12 +181,12 @@ impl Plant for FlexibleLink {
 pub struct ModelResponse {
     frequency: f64,
     duration: f64,
-    /// Of each command: the angle, and how far off the model is at its start, with the slope of `(y - r) exp(w t)`.
+    /// For each command: the angle, the model's distance from it at the start, and the slope of `(y - r) exp(w t)`.
     commands: Vec<[f64; 3]>,
 }
 
 impl ModelResponse {
-    /// To these angles, rad, each commanded for `duration` s, of the model's circular frequency in rad/s.
+    /// The response to these angles, rad, each commanded for `duration` s; `frequency` is the model's circular frequency in rad/s.
     ///
     /// # Errors
     /// [`Error::Parameter`] unless there is an angle, all are finite, and the others positive and finite.
@@ -225,7 +226,7 @@ impl ModelResponse {
 impl Trajectory for ModelResponse {
     fn at(&self, t: f64) -> [Jet; 2] {
         let last = self.commands.len() - 1;
-        // Before 0 as well as NaN count as 0.
+        // Times before 0, and NaN, count as 0.
         let k = ((t / self.duration) as usize).min(last);
         let [angle, off, slope] = self.commands[k];
         let s = (t - self.duration * k as f64).max(0.0);
@@ -248,14 +249,14 @@ impl Trajectory for ModelResponse {
 pub struct ModelReferenceGains {
     /// The surface's slope, 1/s.
     pub surface: f64,
-    /// `K` at the start: of the error, N m s/rad, of acceleration, kg m^2, and of velocity, N m s/rad.
+    /// `K` at the start: gains of the error, N m s/rad, of acceleration, kg m^2, and of velocity, N m s/rad.
     pub start: [f64; 3],
     /// The rates at which they follow.
     pub rates: [f64; 3],
 }
 
 impl ModelReferenceGains {
-    /// Gains that do for a link like the default one at 100 Hz, beginning at the inertia of this one.
+    /// Gains that work for a link like the default one at 100 Hz; they start from the inertia of this link.
     pub fn of(link: &FlexibleLink) -> Self {
         ModelReferenceGains {
             surface: 2.0,
@@ -282,7 +283,7 @@ pub struct ModelReference {
 }
 
 impl ModelReference {
-    /// A law of these gains.
+    /// A law with these gains.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a gain that is negative or not finite.

@@ -1,4 +1,4 @@
-//! The motor torque of a wanted motion: the inverse dynamics of the arm with flexible joints.
+//! The motor torque for a given motion: the inverse dynamics of the arm with flexible joints.
 //!
 //! The link angles q determine everything else, from the elbow to the shoulder because rotor 2 rides on link 1:
 //!
@@ -6,19 +6,19 @@
 //!    q_m = q + d, \qquad \tau = S^T q'' + J_m q_m'' + \kappa(d) + f_m(q_m') $$
 //!
 //! Without coupling the torque needs the fourth derivative of q (Spong 1987, Modeling and control of elastic joint robots, ASME J.
-//! Dyn. Sys. 109); with it, that of the shoulder needs the sixth (De Luca & Lucibello 1998, A general algorithm for dynamic
-//! feedback linearization of robots with elastic joints, IEEE ICRA). Damping beside the spring is left out, as it makes deflections
+//! Dyn. Sys. 109); with it, the shoulder's torque needs the sixth (De Luca & Lucibello 1998, A general algorithm for dynamic
+//! feedback linearization of robots with elastic joints, IEEE ICRA). Damping parallel to the spring is left out: deflections would then be
 //! the solution of a differential equation.
 //!
-//! Where friction reverses, motor 2 jumps within hundredths of a second, and what this asks of the shoulder through the coupling is of
-//! its fourth derivative: hundreds of N m for milliseconds, which no sampled loop delivers. There, and only there, friction is taken
-//! to reverse within `SLOWEST_REVERSAL`.
+//! When friction reverses, motor 2 jumps within hundredths of a second. Through the coupling, the shoulder's torque depends on the fourth
+//! derivative of this: hundreds of N m for milliseconds, which no sampled loop can deliver. Only for this effect, friction is assumed to
+//! reverse within `SLOWEST_REVERSAL`.
 
 use super::jet::{Jet, deflection, friction};
 use crate::manipulator::{Arm, Friction, JointKind, State};
 
-/// The time in s within which friction reverses where it acts on the shoulder through the coupling. Measured on the square of 12.6 m at
-/// 100 Hz: of 0.02, 0.04, 0.08, 0.15 and 0.3 s the shortest whose torque stays below twice that without friction (18 N m; 0.02 s: 249 N m).
+/// The time in s in which friction reverses, for its effect on the shoulder through the coupling. Measured on the square of 12.6 m at 100
+/// Hz: the shortest of 0.02, 0.04, 0.08, 0.15 and 0.3 s whose torque stays below twice that without friction (18 N m; 0.02 s: 249 N m).
 const SLOWEST_REVERSAL: f64 = 0.04;
 
 /// A motion with the torque that makes it.
@@ -26,7 +26,7 @@ const SLOWEST_REVERSAL: f64 = 0.04;
 pub struct InverseMotion {
     /// Link angles.
     pub q: [Jet; 2],
-    /// Motor angles; those of the links where the joints are rigid.
+    /// Motor angles; those of the links if the joints are rigid.
     pub qm: [Jet; 2],
     /// The motors' torque, N m.
     pub torque: [f64; 2],
@@ -45,7 +45,7 @@ impl InverseMotion {
     }
 }
 
-/// What the links ask of their joints, `M q'' + C q' + f(q')`, N m.
+/// The torques that the links need from their joints, `M q'' + C q' + f(q')`, N m.
 pub fn link_torque(arm: &Arm, q: &[Jet; 2]) -> [Jet; 2] {
     let inertial = inertial_torque(arm, q);
     let joint_friction = arm.friction();
@@ -74,7 +74,7 @@ fn inertial_torque(arm: &Arm, q: &[Jet; 2]) -> [Jet; 2] {
     ]
 }
 
-/// The motion of the arm whose links move so; none where a spring has no inverse.
+/// The motion of the arm whose links move in this way; `None` if a spring has no inverse.
 ///
 /// ```
 /// use flexure::control::{Jet, inverse_motion};

@@ -3,8 +3,8 @@
 //! $$ x(t_0 + s) = \sum_{i=0}^{6} c_i s^i, \qquad x^{(i)}(t_0) = i!\, c_i $$
 //!
 //! Sums and products are those of power series; a function of a series follows from its differential equation (Griewank & Walther,
-//! Evaluating Derivatives, chapter 13). So the derivatives of whatever a trajectory passes through are exact: inverse kinematics,
-//! the equations of motion, the inverse of a spring.
+//! Evaluating Derivatives, chapter 13). So all derivatives of a trajectory stay exact through inverse kinematics, the equations of motion
+//! and the inverse of a spring.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
@@ -50,13 +50,13 @@ impl Jet {
         self.0[0]
     }
 
-    /// The derivative of this order, 0 to 6; those beyond are not known and zero.
+    /// The derivative of this order, 0 to 6; higher ones are unknown and returned as zero.
     pub fn derivative(&self, order: usize) -> f64 {
         let factorial: f64 = (1..=order).map(|i| i as f64).product();
         self.0.get(order).map_or(0.0, |c| c * factorial)
     }
 
-    /// The time derivative, whose own derivatives are known to one order less.
+    /// The time derivative; its own derivatives are known to one order less.
     pub fn rate(&self) -> Jet {
         let mut c = [0.0; COEFFICIENTS];
         for i in 1..COEFFICIENTS {
@@ -152,7 +152,7 @@ impl Jet {
     /// The function `y` of the signal with this value and the slope `y' = slope(y)`.
     fn primitive(&self, value: f64, slope: impl Fn(Jet) -> Jet) -> Jet {
         let mut y = Jet::constant(value);
-        // Each pass settles one more coefficient.
+        // Each pass determines one more coefficient.
         for _ in 1..COEFFICIENTS {
             y = (slope(y) * self.rate()).integral(value);
         }
@@ -224,12 +224,12 @@ fn stiffness_factor(law: &Stiffness, d: Jet) -> Jet {
     factor
 }
 
-/// The deflection at which the spring has this elastic torque; none where it does not harden throughout.
+/// The deflection at which the spring has this elastic torque; `None` if the spring does not harden throughout.
 pub fn deflection(law: &Stiffness, torque: Jet) -> Option<Jet> {
     let d = law.deflection(torque.value())?;
     let mut series = Jet::constant(d);
     let tangent = Jet::constant(1.0 / law.tangent(d));
-    // The slope at the value alone settles one more coefficient each time.
+    // Each iteration with the slope at the value determines one more coefficient.
     for _ in 1..COEFFICIENTS {
         series = series - (elastic(law, series) - torque) * tangent;
     }

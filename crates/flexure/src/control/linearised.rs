@@ -2,7 +2,7 @@
 //!
 //! About the configuration q with the motors' deflections d (7)-(8) become
 //! $$ x' = A x + B \tau, \qquad x = (\delta q, \delta q_m, \delta q', \delta q_m') $$
-//! whose A and B this file takes as differences of the equations of motion. With the motors held by springs of stiffness kp (a PD
+//! where A and B are computed here as differences of the equations of motion. With the motors held by springs of stiffness kp (a PD
 //! servo), the links vibrate at the roots of \\(\det(K - \omega^2 M(q)) = 0\\) with \\(K_i = \kappa_i' k_{p,i} / (\kappa_i' + k_{p,i})\\).
 
 use super::Jet;
@@ -78,7 +78,7 @@ pub(crate) fn sampled(a: &Matrix, b: &Matrix, step: f64) -> (Matrix, Matrix) {
 /// The circular frequencies, rad/s, the lower first, at which the links vibrate at the elbow angle `q2` while servos of the
 /// stiffness `servo` (N m/rad; infinite for locked motors) hold the motors.
 ///
-/// As series, so that they can be followed along a motion.
+/// The result is a series, so that the frequencies can be followed along a motion.
 pub fn held_frequencies(arm: &Arm, q2: Jet, servo: [f64; 2]) -> [Jet; 2] {
     let links = arm.link_dynamics();
     let laws = arm.stiffness();

@@ -1,7 +1,7 @@
 //! Control and estimation of the arm with flexible joints.
 //!
-//! A [`Plant`] moves, sensors read it, an [`Estimator`] makes a state of the readings, a [`Controller`] answers with torques, and
-//! [`run_loop`] joins them at a sample time, with delay, quantisation, noise and limits. What comes out is a record.
+//! A [`Plant`] moves, sensors read it, an [`Estimator`] computes a state from the readings, and a [`Controller`] answers with torques.
+//! [`run_loop`] joins them at a sample time, with delay, quantisation, noise and limits. The result is a record.
 //!
 //! | item | what | source |
 //! |---|---|---|
@@ -14,7 +14,7 @@
 //! | [`estimation`] | extended, unscented and fuzzy-adaptive Kalman filters, their consistency | see there |
 //! | [`riccati`] | the discrete algebraic Riccati equation | |
 //! | [`recursive`] | models that learn sample by sample, and detectors of change | see there |
-//! | [`run_loop`], [`Figures`] | the loop, and what is measured of a run | |
+//! | [`run_loop`], [`Figures`] | the loop, and the figures of a run | |
 //!
 //! ```
 //! use flexure::control::controllers::{Feedforward, Gains};

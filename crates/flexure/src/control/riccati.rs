@@ -3,12 +3,12 @@
 //! $$ X = A^T X A - A^T X B (R + B^T X B)^{-1} B^T X A + Q $$
 //!
 //! by the structure-preserving doubling algorithm (Chu, Fan, Lin & Wang 2004, Structure-preserving algorithms for periodic discrete-time
-//! algebraic Riccati equations, Int. J. Control 77), which converges quadratically where (A, B) can be stabilised and (A, Q) detected.
+//! algebraic Riccati equations, Int. J. Control 77), which converges quadratically if (A, B) is stabilisable and (A, Q) detectable.
 
 use crate::error::{Error, Result};
 use crate::linalg::Matrix;
 
-/// Doublings; each squares the closed loop, so that 60 reach time constants of 2^60 samples.
+/// The most doublings; each squares the closed loop, so 60 are enough for time constants of 2^60 samples.
 const MOST_DOUBLINGS: usize = 60;
 /// The relative change at which the iteration has converged.
 const CONVERGED: f64 = 1e-14;
@@ -41,7 +41,7 @@ pub fn discrete_riccati(a: &[f64], b: &[f64], q: &[f64], r: &[f64]) -> Result<Ve
         &Matrix::from_row_slice(n, n, q),
         &Matrix::from_row_slice(m, m, r),
     )?;
-    // Symmetric: the order of rows and columns is the same.
+    // The matrix is symmetric, so rows and columns have the same order.
     Ok(x.as_slice().to_vec())
 }
 

@@ -6,10 +6,11 @@
 //! |---|---|---|---|
 //! | ZV | (1, K) / (1 + K) | 0, T/2 | Smith 1957; Singer & Seering 1990 |
 //! | ZVD | (1, 2K, K^2) / (1 + K)^2 | 0, T/2, T | Singer & Seering 1990 |
-//! | EI | a residual vibration V = 5 % at w, none beside it | 0, about T/2, T | Singhose, Seering & Singer 1994 |
-//! | two-hump EI | V at two frequencies, none at w and beside; for small damping | 0, T/2, T, 3T/2 | Singhose, Porter, Tuttle & Singer 1997 |
+//! | EI | a residual vibration V = 5 % at w, none at a frequency on either side | 0, about T/2, T | Singhose, Seering & Singer 1994 |
+//! | two-hump EI | V at two frequencies, none at w and at two outer frequencies; for small damping | 0, T/2, T, 3T/2 | Singhose, Porter,
+//! Tuttle & Singer 1997 |
 //!
-//! What a sequence of impulses leaves of the vibration of a single one is
+//! The vibration after a sequence of impulses, relative to that after a single one, is
 //! $$ V(w, z) = e^{-z w t_n} \left| \sum_i A_i e^{z w t_i} e^{j w \sqrt{1 - z^2} t_i} \right| $$
 
 use super::{COEFFICIENTS, Jet, Trajectory, held_frequencies};
@@ -24,7 +25,7 @@ pub const TOLERATED: f64 = 0.05;
 pub enum Shaper {
     /// Zero vibration.
     Zv,
-    /// Zero vibration, and zero derivative by the frequency.
+    /// Zero vibration, with zero derivative with respect to the frequency.
     Zvd,
     /// Extra insensitive: 5 % at the mode.
     Ei,
@@ -86,7 +87,7 @@ impl Shaper {
                 let x = (v * v * ((1.0 - v * v).sqrt() + 1.0)).cbrt();
                 let outer = (3.0 * x * x + 2.0 * x + 3.0 * v * v) / (16.0 * x);
                 let inner = 0.5 - outer;
-                // Damping delays what is left by K a half period.
+                // Damping reduces the vibration by the factor K in half a period.
                 let shares = [outer, inner * k, inner * k * k, outer * k * k * k];
                 let sum: f64 = shares.iter().sum();
                 of(&shares.map(|a| a / sum), &[0.0, 0.5, 1.0, 1.5])
@@ -105,8 +106,8 @@ impl Shaper {
     }
 }
 
-/// What impulses that were designed for the frequency `designed` leave of the vibration of a mode of `frequency` and `damping`: 1 for one
-/// impulse alone.
+/// The residual vibration of a mode of `frequency` and `damping` after impulses designed for the frequency `designed`; 1 for one impulse
+/// alone.
 pub fn residual_vibration(impulses: &[Impulse], designed: f64, damping: f64, frequency: f64) -> f64 {
     let root = (1.0 - damping * damping).sqrt();
     let instant = |impulse: &Impulse| impulse.periods * std::f64::consts::TAU / (designed * root);
@@ -131,7 +132,7 @@ pub enum Mode {
         /// 0 to below 1.
         damping: f64,
     },
-    /// A mode of the arm whose motors servos hold, at the elbow angle that the reference has on the way.
+    /// A mode of the arm with motors held by servos, at the present elbow angle of the reference.
     Along {
         /// The arm.
         arm: Box<Arm>,
@@ -158,7 +159,7 @@ impl Mode {
     }
 }
 
-/// A trajectory that is shaped against modes, each by a shaper of its own.
+/// A trajectory that is shaped against modes, with one shaper for each.
 pub struct Shaped<T> {
     inner: T,
     stages: Vec<(Vec<Impulse>, Mode)>,
@@ -250,7 +251,7 @@ mod tests {
     use crate::control::{JointMoves, controllers, run_loop};
     use crate::manipulator::{JointKind, space_arm};
 
-    /// The amplitude that a step through a shaper leaves in `x'' + 2 z w x' + w^2 x = w^2 u`, by summing step responses.
+    /// The residual amplitude of `x'' + 2 z w x' + w^2 x = w^2 u` after a shaped step, by summing step responses.
     fn step_response_left(impulses: &[Impulse], designed: f64, z: f64, w: f64) -> f64 {
         let root = (1.0 - z * z).sqrt();
         let instants = impulses
@@ -258,7 +259,7 @@ mod tests {
             .map(|i| i.periods * std::f64::consts::TAU / (designed * root));
         let pairs: Vec<(f64, f64)> = impulses.iter().map(|i| i.amplitude).zip(instants).collect();
         let last = pairs.iter().map(|p| p.1).fold(0.0, f64::max);
-        // Position error and velocity just behind the last impulse make an amplitude in units of that of one step.
+        // Position error and velocity just after the last impulse give the amplitude, in units of that of one step.
         let (mut e, mut v) = (0.0, 0.0);
         for (a, t) in pairs {
             let s = last - t;
@@ -362,7 +363,7 @@ mod tests {
         let left = |shaper: Shaper, z, w| residual_vibration(&shaper.impulses(z), 1.0, z, w);
         for z in [0.0, 0.05, 0.2] {
             assert!(left(Shaper::Zv, z, 1.0) < 1e-12 && left(Shaper::Zvd, z, 1.0) < 1e-12);
-            // Quadratic in the frequency's error, where ZV is linear.
+            // ZVD is quadratic in the frequency's error, ZV linear.
             assert!(left(Shaper::Zvd, z, 1.01) < 3e-4 && left(Shaper::Zv, z, 1.01) > 1e-2 * (1.0 - z));
             assert!(
                 (left(Shaper::Ei, z, 1.0) - TOLERATED).abs() < 3e-3,
@@ -380,7 +381,7 @@ mod tests {
             let within = (0..20_000).filter(|&k| left(shaper, 0.0, 0.5 + 5e-5 * k as f64) <= TOLERATED + 1e-12);
             assert!((within.count() as f64 * 5e-5 - width).abs() < 2e-3, "{shaper:?}");
         }
-        // So the robust shapers allow for 20 % of error.
+        // So the robust shapers tolerate an error of 20 %.
         for w in [0.8, 0.9, 1.0, 1.1, 1.2] {
             assert!(
                 left(Shaper::TwoHump, 0.0, w) <= TOLERATED && left(Shaper::Ei, 0.0, w) <= TOLERATED + 2e-3,
@@ -389,8 +390,7 @@ mod tests {
         }
     }
 
-    /// A move of the arm whose stiffness, and with it the frequencies, is off by 20 %: the robust shaper leaves a twentieth of what the same
-    /// move leaves without it.
+    /// A move of the arm with frequencies off by 20 % because of its stiffness: the robust shaper reduces the vibration to a twentieth.
     #[test]
     fn the_arm_comes_to_rest_over_20_percent_of_frequency() {
         let nominal = Arm::new(space_arm(JointKind::Linear)).unwrap();
@@ -400,7 +400,7 @@ mod tests {
         for factor in [0.8_f64, 1.0, 1.2] {
             let mut parameters = space_arm(JointKind::Linear);
             for joint in &mut parameters.joints {
-                // That of spring and servo in series is off by the square of the factor.
+                // The stiffness of spring and servo in series is off by the square of the factor.
                 let held = factor * factor / (1.0 / joint.stiffness + 1.0 / servo[0]);
                 joint.stiffness = 1.0 / (1.0 / held - 1.0 / servo[0]);
             }

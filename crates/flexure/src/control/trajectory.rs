@@ -1,4 +1,4 @@
-//! Motions that an arm shall follow: paths of the tip by inverse kinematics, and moves of the joints.
+//! Reference motions of an arm: paths of the tip by inverse kinematics, and moves of the joints.
 //!
 //! A path is passed at constant speed, with velocities that blend into one another around every corner and at both ends. The step of
 //! velocity at time t_i is spread over the width w by the smooth step S of degree 11, whose first five derivatives vanish at both ends:
@@ -14,7 +14,7 @@ use crate::manipulator::Link;
 
 /// A motion of both joints in time.
 pub trait Trajectory: Send + Sync {
-    /// The link angles at time `t` with their derivatives; before 0 and behind the end the arm rests.
+    /// The link angles at time `t` with their derivatives; before 0 and after the end the arm rests.
     fn at(&self, t: f64) -> [Jet; 2];
 
     /// When it comes to rest, s.
@@ -24,7 +24,7 @@ pub trait Trajectory: Send + Sync {
 /// The coefficients of the smooth step `S(x) = x^6 sum a_j x^j`, of degree 11.
 const STEP: [f64; 6] = [462.0, -1980.0, 3465.0, -3080.0, 1386.0, -252.0];
 
-/// The smooth step's integral `R` at `x`, with derivatives: 0 before 0, `x - 1/2` behind 1.
+/// The smooth step's integral `R` at `x`, with derivatives: 0 below 0, `x - 1/2` above 1.
 fn ramp(x: Jet) -> Jet {
     if x.value() <= 0.0 {
         return Jet::default();
@@ -78,7 +78,7 @@ pub struct TipPath {
 impl TipPath {
     /// The path through `points` (m, the shoulder at the origin) in `duration` seconds, from rest to rest.
     ///
-    /// `blend` is the time over which a corner's change of velocity is spread; at most as long as the shortest side takes. With
+    /// `blend` is the time over which a corner's change of velocity is spread; at most the time for the shortest side. With
     /// `elbow_left` the elbow angle is negative.
     ///
     /// # Errors
@@ -180,7 +180,7 @@ impl TipPath {
         Ok(())
     }
 
-    /// Where the tip shall be at time `t`, m.
+    /// The reference of the tip at time `t`, m.
     pub fn tip(&self, t: f64) -> [f64; 2] {
         self.tip_series(t).map(|x| x.value())
     }
@@ -224,8 +224,8 @@ pub fn square(side: f64) -> Vec<[f64; 2]> {
 
 /// The angles at which the tip is at this place, with the elbow angle of this sign.
 ///
-/// The shoulder angle is within half a turn of 0; along a path around the shoulder it jumps by a turn, which is no jump of the arm
-/// but of its number: [`TurnCounted`] counts the turns.
+/// The shoulder angle is within half a turn of 0; along a path around the shoulder its value jumps by a turn although the arm does not:
+/// [`TurnCounted`] counts the turns.
 fn inverse_kinematics([l1, l2]: [f64; 2], elbow: f64, [x, y]: [Jet; 2]) -> [Jet; 2] {
     let square = x * x + y * y;
     let cos = (square - Jet::constant(l1 * l1 + l2 * l2)) * (0.5 / (l1 * l2));
@@ -244,7 +244,7 @@ pub fn tip(links: &[Link; 2], q: [f64; 2]) -> [f64; 2] {
     [l1 * c1 + l2 * c12, l1 * s1 + l2 * s12]
 }
 
-/// A trajectory whose shoulder angle goes on over whole turns.
+/// A trajectory whose shoulder angle is continuous over whole turns.
 pub struct TurnCounted<T> {
     inner: T,
     /// The instants at which the inner angle jumps, and by how many turns.
@@ -252,7 +252,7 @@ pub struct TurnCounted<T> {
 }
 
 impl<T: Trajectory> TurnCounted<T> {
-    /// Looks for the jumps.
+    /// Finds the jumps.
     pub fn new(inner: T) -> Self {
         const PLACES: usize = 4000;
         let angle = |t: f64| inner.at(t)[0].value();
@@ -364,7 +364,7 @@ mod tests {
             let ([x, y], [rx, ry]) = (tip(&links(), q), path.inner.tip(t));
             assert!((x - rx).abs() < 1e-12 && (y - ry).abs() < 1e-12, "{t}");
         }
-        // Middles of the sides, and the last corner; between them the path cuts its corners.
+        // The middles of the sides and the last corner lie on the path; at the other corners it cuts.
         assert_eq!(path.inner.tip(60.0).map(|x| (x * 1e9).round() / 1e9), [6.3, -6.3]);
         assert!((path.inner.tip(9.0)[0] - 6.3).abs() < 1e-12);
         let corner = path.inner.tip(2.0 + 14.0);
@@ -372,7 +372,7 @@ mod tests {
         assert!((cut - path.inner.cut()).abs() < 1e-9 && cut < 0.6, "{cut}");
     }
 
-    /// Series about neighbouring instants agree with one another: the angles have the derivatives they claim, across knots too.
+    /// Series about neighbouring instants agree with one another: the derivatives are those of the angles, across knots too.
     #[test]
     fn the_angles_are_smooth_with_their_derivatives() {
         let moves = JointMoves::new(&[[0.0, 0.5], [1.0, 1.5], [0.2, 1.0]], 2.0, 0.5).unwrap();

@@ -1,8 +1,8 @@
-//! Simulations that cannot be carried on, and computations that were stopped.
+//! Simulations that cannot be continued, and computations that were stopped.
 
 use crate::text::{exact, short};
 
-/// Why and when a simulation could not be carried on.
+/// Why and when a simulation could not be continued.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("the simulation stopped at t = {} s: {reason}", short(*.time))]
 pub struct SimulationError {
@@ -12,7 +12,7 @@ pub struct SimulationError {
     pub reason: IntegrationFailure,
 }
 
-/// What was stopped, and how far it had come.
+/// The computation that was stopped, and its progress.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Stopped {
@@ -41,11 +41,11 @@ pub enum Stopped {
     Interrupted,
 }
 
-/// Why an integration could not be carried on.
+/// Why an integration could not be continued.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum IntegrationFailure {
-    /// The permitted number of steps is used up.
+    /// The permitted number of steps was reached.
     #[error(
         "{limit} steps were not enough{}; raise max_steps, loosen rtol and atol, or shorten the run",
         if *.stiff { " (the equations are stiff: a joint is very stiff or its friction very steep)" } else { "" }
@@ -65,7 +65,7 @@ pub enum IntegrationFailure {
         /// The step that would have come next, s.
         step: f64,
     },
-    /// A joint moves faster than any does.
+    /// A joint moves faster than any real joint.
     #[error("a joint moves faster than {} rad/s (m/s of a sliding one); a loop is unstable, or a torque or noise too large", exact(*.limit))]
     TooFast {
         /// The largest speed, rad/s or m/s.

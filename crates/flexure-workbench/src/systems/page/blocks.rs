@@ -20,13 +20,13 @@ use crate::systems::task::Identified;
 const FREQUENCIES: usize = 400;
 /// Decades below the highest frequency that the Bode plot covers.
 const DECADES: f64 = 3.0;
-/// At least so many values of the impulse response are shown.
+/// The fewest values of the impulse response that are shown.
 const SHORTEST_IMPULSE: usize = 20;
-/// At most so many are shown of one that is not settled before, where none was estimated.
+/// The most values that are shown of a response that has not settled and for which no estimate exists.
 const LONGEST_IMPULSE: usize = 300;
-/// Bins of the histogram of what enters a nonlinearity.
+/// Bins of the histogram of a nonlinearity's input.
 const BINS: usize = 50;
-/// Points of a surface's picture along either side, and of a section through it.
+/// Points of a surface's picture along either side, and points of a section through it.
 const GRID: usize = 81;
 const SECTION_POINTS: usize = 201;
 /// Terms of a polynomial that are shown, those with the largest coefficients.
@@ -78,7 +78,7 @@ pub(super) fn drawn(record: &Record, identified: &Identified) -> Result<Drawn> {
 /// A page's blocks while they are drawn, one after the other.
 struct Drawing<'a> {
     identified: &'a Identified,
-    /// How many samples stand behind the curves.
+    /// How many samples are drawn behind the curves.
     shown: usize,
     drawn: Drawn,
     /// The curves of the static blocks.
@@ -86,7 +86,7 @@ struct Drawing<'a> {
 }
 
 impl Drawing<'_> {
-    /// Draws block `k` of `path`, which the signal `entering` enters (a block of several inputs: `inputs`); what leaves it.
+    /// Draws block `k` of `path` with its input signal `entering` (a block of several inputs: `inputs`). Returns its output.
     fn block(
         &mut self,
         path: &Path,
@@ -144,7 +144,7 @@ impl Drawing<'_> {
     }
 }
 
-/// The name of what enters the block of this index.
+/// The name of the signal that enters the block of this index.
 fn behind(labels: &Labels, path: &Path, index: usize) -> String {
     match index.checked_sub(1).and_then(|i| path.blocks.get(i)) {
         None => labels.of_all(&path.inputs),
@@ -152,7 +152,7 @@ fn behind(labels: &Labels, path: &Path, index: usize) -> String {
     }
 }
 
-/// The name of what leaves the block of this index.
+/// The name of the signal that leaves the block of this index.
 fn leaving(identified: &Identified, path: &Path, index: usize) -> String {
     let result = &identified.result;
     let is_last = path.main().count() == index + 1;
@@ -162,8 +162,8 @@ fn leaving(identified: &Identified, path: &Path, index: usize) -> String {
     }
 }
 
-/// The unit of the response of the linear block of this index: a column without a unit is named, and what is between two blocks has a unit
-/// of its own.
+/// The unit of the response of the linear block of this index: a column without a unit is named, and a signal between two blocks has its
+/// own unit.
 fn response_unit(identified: &Identified, path: &Path, index: usize) -> String {
     let unit = |column: &str| match identified.labels.unit(column) {
         "" => format!("'{column}'"),
@@ -211,7 +211,7 @@ fn density(u: &[f64], x: &[f64]) -> Vec<f64> {
     x.iter().map(|&v| counts[bin(v)] / (u.len() as f64 * width)).collect()
 }
 
-/// A linear part with its estimated impulse response, where there is one.
+/// A linear part, with its estimated impulse response if there is one.
 fn linear(title: &str, block: &LinearBlock, sample_time: Option<f64>) -> LinearPart {
     let estimate = block.impulse.as_ref();
     let mut part = linear_part(title, &block.system, estimate.map(|e| e.values.len()), sample_time);
@@ -402,7 +402,7 @@ fn first_kernel(model: &VolterraModel, sample_time: Option<f64>) -> Result<Optio
     let system = TransferFunction::new(delayed.collect(), vec![1.0])?;
     Ok(Some(LinearPart {
         text: "The response to small deviations of the input from its mean.".to_owned(),
-        // As many coefficients as lags are no formula to read.
+        // A formula with one coefficient per lag would be unreadable.
         b: Vec::new(),
         zeros: Vec::new(),
         ..linear_part("First-order kernel", &system, None, sample_time)

@@ -1,4 +1,4 @@
-//! What a page says in numbers: the facts, what was chosen from data and why, and what was tried.
+//! The numbers of a page: the facts, the choices from data with their reasons, and the structures that were tried.
 
 use flexure::identify::Identification;
 use flexure::identify::result::{Place, Score, Shown, StaticBlock, Value, Values};
@@ -7,9 +7,9 @@ use flexure_report::data::{Choice, Fact, ScoreCurve, Table};
 
 use crate::systems::task::Identified;
 
-/// Most structures that the table of those that were tried shows.
+/// The most rows in the table of tried structures.
 const MOST_TRIED: usize = 15;
-/// What of something that was tried is no part of its structure.
+/// Values of a try that are no part of its structure.
 const SCORES: [&str; 4] = ["samples", "relative_error", "bic", "score"];
 
 /// The headline numbers.
@@ -38,7 +38,7 @@ pub(super) fn facts(identified: &Identified) -> Vec<Fact> {
     facts
 }
 
-/// How near the prediction is.
+/// How good the prediction is.
 fn fit_facts(identified: &Identified) -> Vec<Fact> {
     let result = &identified.result;
     let unit = match identified.labels.unit(&result.output) {
@@ -88,7 +88,7 @@ fn linear_facts(identified: &Identified) -> Vec<Fact> {
     }
 }
 
-/// How many samples there are, and what they were used for.
+/// The number of samples, and their use.
 fn samples_fact(identified: &Identified) -> Fact {
     let result = &identified.result;
     let (all, fitted) = (result.predicted.len(), result.fitted);
@@ -163,7 +163,7 @@ pub fn score_curve(scores: Score) -> ScoreCurve {
 struct Compared<'a> {
     /// Best first, each once.
     all: Vec<&'a Values>,
-    /// The last, which was chosen.
+    /// The last one; it was chosen.
     chosen: &'a Values,
 }
 
@@ -172,7 +172,7 @@ fn compared(result: &Identification) -> Option<Compared<'_>> {
     chosen.get("samples")?;
     let samples = chosen.get("samples");
     let mut all: Vec<&Values> = result.tried.iter().filter(|t| t.get("samples") == samples).collect();
-    // Of a structure that was tried several times, the best try counts.
+    // If a structure was tried several times, the best try counts.
     all.sort_by(|a, b| a.number("bic").total_cmp(&b.number("bic")));
     let mut kept: Vec<&Values> = Vec::new();
     for t in all {
@@ -183,7 +183,7 @@ fn compared(result: &Identification) -> Option<Compared<'_>> {
     Some(Compared { all: kept, chosen })
 }
 
-/// Whether two structures are the same but for the value of one name.
+/// Whether two structures are the same except for the value of the name `but`.
 fn same(a: &Values, b: &Values, but: &str) -> bool {
     let counts = |name: &str| name != but && !SCORES.contains(&name);
     a.iter()
@@ -191,7 +191,7 @@ fn same(a: &Values, b: &Values, but: &str) -> bool {
         .all(|(name, value)| b.get(name) == Some(value))
 }
 
-/// Schwarz's criterion of the structures that differ from the chosen one in the number of pieces alone.
+/// Schwarz's criterion of the structures that differ from the chosen one only in the number of pieces.
 fn by_pieces(result: &Identification, chosen_pieces: usize) -> Option<ScoreCurve> {
     let Compared { all, chosen } = compared(result)?;
     chosen.get("pieces").and_then(Value::number)?;
@@ -224,7 +224,7 @@ pub(super) fn tried(result: &Identification) -> Option<Table> {
         shown.pop();
         shown.push(chosen);
     }
-    // At its end the search takes account of the errors' dependence.
+    // At its end, the search takes the dependence of the errors into account.
     let choice = match shown.first().is_some_and(is_chosen) {
         true => "The one of smallest Schwarz criterion was chosen.",
         false => {
@@ -232,7 +232,7 @@ pub(super) fn tried(result: &Identification) -> Option<Table> {
              above it were judged before, and their criteria cannot be compared with it."
         }
     };
-    // What is zero in all of them is no choice.
+    // A value that is zero in all of them was no choice.
     let varies = |name: &str| {
         shown
             .iter()

@@ -7,7 +7,7 @@ use flexure_report::data::{DiagramBlock, Flow, Sketch};
 
 use crate::labels::Labels;
 
-/// From the inputs to the output.
+/// The diagram from the inputs to the output.
 pub(super) fn diagram(result: &Identification, labels: &Labels) -> Flow {
     let output = Flow::Signal(labels.of(&result.output));
     let offset = (result.output_offset != 0.0).then(|| Flow::Offset(constant(result, labels)));
@@ -16,7 +16,7 @@ pub(super) fn diagram(result: &Identification, labels: &Labels) -> Flow {
             let (front, behind) = (sources(path, labels), blocks(path, &result.output));
             [vec![front], behind].concat()
         }
-        // Where all branches have the same input, it forks.
+        // If all branches have the same input, it forks.
         [first, others @ ..] if others.iter().all(|path| path.inputs == first.inputs) => {
             let branches = result.paths.iter().map(|path| joined(blocks(path, &result.output)));
             vec![sources(first, labels), Flow::Parallel(branches.collect())]
@@ -32,7 +32,7 @@ pub(super) fn diagram(result: &Identification, labels: &Labels) -> Flow {
     Flow::Series(parts)
 }
 
-/// What is added to the output, with its unit.
+/// The constant that is added to the output, with its unit.
 fn constant(result: &Identification, labels: &Labels) -> String {
     let value = number(result.output_offset).replace('-', "−");
     match labels.unit(&result.output) {
@@ -50,7 +50,7 @@ fn sources(path: &Path, labels: &Labels) -> Flow {
     }
 }
 
-/// The blocks of a path; where some act between the samples, they are a way of their own beside the others.
+/// The blocks of a path; blocks that act between the samples form a second, parallel way.
 fn blocks(path: &Path, output: &str) -> Vec<Flow> {
     let of = |between: bool| -> Vec<Flow> {
         let own = path.blocks.iter().filter(|block| block.between_samples == between);
@@ -118,7 +118,7 @@ fn part(block: &NamedBlock, path: &Path, output: &str) -> Flow {
     })
 }
 
-/// What the middle of a linear block shows: a delay as a power of z, else a fraction.
+/// The middle of a linear block: a power of z for a delay, otherwise a fraction.
 fn fraction(block: &LinearBlock) -> Sketch {
     let only_delays = block.order() == 0 && block.system.b().len() == block.delay() + 1;
     match (only_delays, block.order()) {

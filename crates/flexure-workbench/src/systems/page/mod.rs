@@ -18,7 +18,7 @@ use crate::labels::Labels;
 use crate::plots::time_axis;
 pub use choices::score_curve;
 
-/// What the caller knows beyond the record and the result.
+/// Content for the page from the caller, in addition to the record and the result.
 #[derive(Default)]
 pub struct Decoration {
     /// The heading.
@@ -39,7 +39,7 @@ pub struct Decoration {
 pub struct Truth {
     /// phi.
     pub phi: Box<dyn Fn(f64) -> f64 + Send>,
-    /// What it is, and how it was laid onto the estimate.
+    /// What it is, and how it was aligned with the estimate.
     pub label: String,
 }
 
@@ -116,7 +116,7 @@ impl Identified {
 }
 
 impl Identified {
-    /// What the model is, and the samples of the file of this name that fitted and judged it.
+    /// The subtitle: the model's structure, and which samples of this file fitted and judged it.
     fn subtitle(&self, file: &str, fresh: usize) -> String {
         let result = &self.result;
         let model = format!("A {} model ({})", result.structure, result.description);
@@ -172,7 +172,7 @@ fn residuals(verdict: &flexure::identify::Verdict) -> Residuals {
     }
 }
 
-/// A test of a model that holds may see a misfit that is negligible.
+/// A test of a model that holds may detect a negligible misfit.
 fn test(t: &flexure::validation::ResidualTest, holds: bool) -> Test {
     let outcome = match (t.passed(), t.kind.refutes()) {
         (true, _) => TestOutcome::Passed,

@@ -8,21 +8,22 @@
 //! $$ K_x = k_x + T \Gamma_x \epsilon\, x_m, \qquad k_x' = \Gamma_x \epsilon\, x_m - \sigma k_x $$
 //!
 //! and \\(K_d\\) as \\(K_p\\), driven by e'. The reference model's state is that of the smooth reference,
-//! \\(x_m = (q_d'', q_d', \tanh(q_d'/v_0))\\). \\(\tau_r\\) is the torque of the rigid arm's reference, of the same model that comparators
-//! have; the term with \\(K_v\\) damps the springs, as in a singular perturbation (Spong 1987). With it a spring is wound up late by about
-//! \\(K_v / k\\): \\(\tau_r\\) and friction are taken from a reference that is ahead. Neither stiffness nor friction is in the law.
+//! \\(x_m = (q_d'', q_d', \tanh(q_d'/v_0))\\). \\(\tau_r\\) is the torque of the rigid arm on the reference, from the same model that the
+//! other controllers have. The term with \\(K_v\\) damps the springs, as in a singular perturbation (Spong 1987). It makes a spring wind up
+//! late by about \\(K_v / k\\), so \\(\tau_r\\) and friction are taken from the reference at a later time. Neither stiffness nor friction
+//! is in the law.
 //!
-//! Without leakage the adaptation of \\(k_x\\) is lossless: \\(\int \epsilon k_x x_m\, dt = |k_x|^2 / (2 \Gamma_x)\\), which the tests follow along
-//! a run, and the part with T only dissipates; with an almost strictly passive plant that makes the loop stable.
+//! Without leakage the adaptation of \\(k_x\\) is lossless: \\(\int \epsilon k_x x_m\, dt = |k_x|^2 / (2 \Gamma_x)\\), which the tests
+//! check along a run, and the part with T only dissipates. With an almost strictly passive plant, this makes the loop stable.
 
 use super::super::{Controller, Jet, Measured, inverse_motion};
 use crate::error::{Error, Result};
 use crate::manipulator::{Arm, JointKind};
 
-/// The velocity, rad/s, at which the wanted sign of friction has changed.
+/// The velocity, rad/s, at which the sign of the reference's friction has changed.
 pub(super) const REVERSAL: f64 = 0.01;
 
-/// What an adaptive law of links has in common: the rigid model, and the damping of the springs.
+/// The common parts of the adaptive laws of links: the rigid model, and the damping of the springs.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Slow {
     /// The arm with rigid joints and geared rotors, without friction.
@@ -79,12 +80,13 @@ pub struct AdaptiveGains {
     pub leakage: f64,
     /// The damping of the springs, N m s/rad.
     pub damping: f64,
-    /// The time by which torque and friction of the reference are ahead, s.
+    /// The time by which the reference is ahead for torque and friction, s.
     pub lead: f64,
 }
 
 impl AdaptiveGains {
-    /// Gains that do for the space arm at 100 Hz, whatever its springs from half of their stiffness on. The example `control_gains` found them.
+    /// Gains that work for the space arm at 100 Hz, with springs of at least half of their stiffness. The example `control_gains` found
+    /// them.
     pub fn space_arm() -> Self {
         AdaptiveGains {
             start: [[560.0, 350.0], [200.0, 150.0]],

@@ -1,13 +1,13 @@
-//! Composite adaptive control (Slotine & Li 1989, Composite adaptive control of robot manipulators, Automatica 25), as a comparator.
+//! Composite adaptive control (Slotine & Li 1989, Composite adaptive control of robot manipulators, Automatica 25), for comparison.
 //!
 //! With \\(s = q' - q_r'\\), \\(q_r' = q_d' - \lambda (q - q_d)\\) and the regressor Y of the rigid arm with friction,
 //!
 //! $$ \tau = Y(q, q', q_r', q_r'') \hat\theta - K_D s + K_v (q' - q_m'), \qquad
 //!    \hat\theta' = -P \left(Y^T s + W^T (W \hat\theta - y)\right) $$
 //!
-//! where y and W are torque and regressor through the same low-pass filter, which spares measured accelerations: with
-//! \\(\omega / (p + \omega)\\), \\(M q''\\) becomes \\(\omega (M q' - \text{filtered}(M q' + M' q'/\omega))\\). The parameters are the three
-//! inertias of the links, the rotors are known, and of either joint Coulomb and viscous friction.
+//! where y and W are torque and regressor through the same low-pass filter, so that no accelerations need be measured: with
+//! \\(\omega / (p + \omega)\\), \\(M q''\\) becomes \\(\omega (M q' - \text{filtered}(M q' + M' q'/\omega))\\). The parameters are the
+//! three inertias of the links, and Coulomb and viscous friction of either joint; the rotors are known.
 
 use super::super::{Controller, Measured};
 use super::adaptive::{REVERSAL, Slow};
@@ -28,7 +28,7 @@ pub struct CompositeGains {
     pub feedback: [f64; 2],
     /// The rates on the tracking error: of inertias, and of the friction of either joint.
     pub tracking: [f64; 3],
-    /// The weight of the prediction error beside it.
+    /// The weight of the prediction error, relative to the tracking error.
     pub prediction: f64,
     /// The filter's cut-off, rad/s.
     pub cut_off: f64,
@@ -37,7 +37,8 @@ pub struct CompositeGains {
 }
 
 impl CompositeGains {
-    /// Gains that do for the space arm at 100 Hz, by the same search as those of [`AdaptiveGains::space_arm`](super::AdaptiveGains::space_arm).
+    /// Gains that work for the space arm at 100 Hz, by the same search as those of
+    /// [`AdaptiveGains::space_arm`](super::AdaptiveGains::space_arm).
     pub fn space_arm() -> Self {
         CompositeGains {
             surface: 3.0,
@@ -57,7 +58,7 @@ pub struct Composite {
     gains: CompositeGains,
     start: [f64; PARAMETERS],
     estimate: [f64; PARAMETERS],
-    /// The filters' states: of `M q'` and what goes with it, of friction and torque.
+    /// The filters' states: one for `M q'` and its companion terms, one for friction and torque.
     filtered: [[f64; PARAMETERS + 1]; 2],
     last: [f64; 2],
 }
@@ -117,7 +118,7 @@ impl Composite {
         self.estimate
     }
 
-    /// Filters regressor and torque, and returns them: what the parameters predict, and what acted.
+    /// Filters and returns regressor and torque: the prediction and the measurement.
     fn filter(&mut self, measured: &Measured) -> [[f64; PARAMETERS + 1]; 2] {
         let (state, w, step) = (&measured.state, self.gains.cut_off, measured.sample_time);
         let rotor = self.slow.rigid.parameters().joints.map(|j| j.motor_inertia);
@@ -156,7 +157,7 @@ impl Controller for Composite {
         let vr = [0, 1].map(|i| wanted[i].derivative(1) - g.surface * e[i]);
         let ar = [0, 1].map(|i| wanted[i].derivative(2) - g.surface * de[i]);
         let s = [0, 1].map(|i| state.dq[i] - vr[i]);
-        // Friction at the wanted velocity, as in the direct law.
+        // Friction at the reference's velocity, as in the direct law.
         let y = regressor(state.q[1], state.dq, vr, ar, wanted.map(|q| q.derivative(1)));
         let rotor = self.slow.rigid.parameters().joints.map(|j| j.motor_inertia);
         let damping = self.slow.spring_damping(measured);

@@ -2,7 +2,7 @@
 //!
 //! $$ \tau = \tau_d + K_p (q_{m,d} - q_m) + K_d (q_{m,d}' - q_m') $$
 //!
-//! with torque and motor angles of the wanted motion from [`inverse_motion`] (De Luca 2000, Feedforward/feedback laws for the
+//! with torque and motor angles of the reference motion from [`inverse_motion`] (De Luca 2000, Feedforward/feedback laws for the
 //! control of flexible robots, IEEE ICRA). Without a model the motors follow the links' reference.
 
 use super::super::{Controller, InverseMotion, Jet, Measured, inverse_motion};
@@ -48,7 +48,7 @@ impl Gains {
     }
 }
 
-/// The motion of the model at the middle of the hold, whose torque is the one to hold, and at the instant itself.
+/// The motion of the model at the middle of the hold, which gives the torque to hold, and at the instant itself.
 pub(super) fn wanted(model: &Arm, measured: &Measured) -> [InverseMotion; 2] {
     let resting = |q: [Jet; 2]| InverseMotion {
         q,
@@ -78,7 +78,7 @@ impl Feedforward {
         }
     }
 
-    /// PD alone: the motors are to move as the links shall.
+    /// PD alone: the motors follow the links' reference.
     pub fn none(gains: Gains) -> Self {
         Feedforward { model: None, gains }
     }

@@ -1,5 +1,5 @@
 //! Fuzzy controllers in place of the rigid dynamics (Green & Sasiadek; Lee, Vukovich & Sasiadek): the links' error of angle and its rate,
-//! in units of their scales, to a torque in units of its own.
+//! in units of their scales, give a torque in units of its scale.
 //!
 //! Either input has the triangular sets negative large, negative small, zero, positive small, positive large around -1, -1/2, 0, 1/2, 1.
 //! The rules are the usual table of Mac Vicar-Whelan: the consequent's index is the sum of the inputs'.
@@ -35,7 +35,7 @@ pub struct FuzzyScales {
 }
 
 impl FuzzyScales {
-    /// Scales that do for the space arm at 100 Hz.
+    /// Scales that work for the space arm at 100 Hz.
     pub fn space_arm() -> Self {
         FuzzyScales {
             angle: 0.2,
@@ -71,7 +71,7 @@ pub fn infer(inference: Inference, inputs: [f64; 2]) -> f64 {
             let (mut sum, mut weights) = (0.0, 0.0);
             for (i, a) in angle.iter().enumerate() {
                 for (j, v) in velocity.iter().enumerate() {
-                    // Steeper near zero than far from it: large errors are answered by saturation.
+                    // Steeper near zero than far from it: large errors saturate.
                     let far = i.abs_diff(2).max(j.abs_diff(2)) as f64;
                     let slope = 1.0 - 0.2 * far;
                     sum += a * v * (slope * (x[0] + x[1])).clamp(-1.0, 1.0);

@@ -2,8 +2,8 @@
 //!
 //! $$ x_{k+1} = A x_k + B u_k, \qquad \tau_k = C x_k + D u_k + \tau_{d,k} $$
 //!
-//! Its inputs are the errors of both motors' angles; a system of four inputs has those of their velocities behind. With a model the reference is
-//! the motors' motion of that model, and its torque \\(\tau_d\\) is added.
+//! Its inputs are the errors of both motors' angles; a system of four inputs then has the errors of their velocities. With a model, the
+//! reference is the motion of the model's motors, and its torque \\(\tau_d\\) is added.
 
 use super::super::linearised::sampled;
 use super::super::{Controller, Measured};

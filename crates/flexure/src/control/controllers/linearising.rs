@@ -3,9 +3,9 @@
 //! Without coupled rotors and friction the links' angles obey \\(q'''' = v\\) under
 //! $$ \tau = J_m q_m'' + \kappa(d), \qquad \kappa(d) = M q'' + C q', \qquad q_m = q + d $$
 //! with q'' and q''' from the measured state, and \\(v = q_d'''' + \sum_i c_i (q_d^{(i)} - q^{(i)})\\) places all four poles of the
-//! error at \\(-\lambda\\). To that is added what the model's torque of the reference has beyond it: coupling of the rotors and
-//! friction along the wanted velocity. So the torque is exact on the reference, where friction is not inverted at measured velocities:
-//! near standstill its slope is too steep for a sampled loop, and it only damps.
+//! error at \\(-\lambda\\). The other parts of the model's torque on the reference are added: coupling of the rotors, and friction at the
+//! reference's velocity. So the torque is exact on the reference. Friction is not inverted at measured velocities: near standstill its
+//! slope is too steep for a sampled loop, and it only damps.
 
 use super::super::{Controller, Jet, Measured, inverse_motion};
 use super::feedforward::wanted;
@@ -48,7 +48,7 @@ impl Linearising {
     fn angles(&self, state: &State) -> [Jet; 2] {
         let x = state.to_array();
         let rate = self.core.derivative(&x, [0.0; 2]);
-        // The third derivative is that of the second along the motion; the torque acts on the motors alone.
+        // The third derivative is the derivative of the second along the motion; the torque acts only on the motors.
         let h = 1e-5;
         let along = |s: f64| {
             self.core
@@ -87,8 +87,8 @@ impl Linearising {
 impl Controller for Linearising {
     fn torque(&mut self, measured: &Measured) -> [f64; 2] {
         let [now, held] = wanted(&self.model, measured);
-        // The reference's springs carry friction and coupling; the core's do not. So the core is asked about the state that differs
-        // from its own motion of the reference as the measured state does from the model's.
+        // The reference's springs carry friction and coupling; the core's do not. So the core is evaluated at its own reference state plus
+        // the deviation of the measured state from the model's.
         let state = &measured.state;
         let model = now.state();
         let Some(core) = inverse_motion(&self.core, measured.reference).map(|m| m.state()) else {

@@ -3,7 +3,7 @@
 //! Deviations x from the model's motion of the reference follow the arm linearised at rest at the reference's elbow angle. The gain K
 //! minimises \\(\sum x^T Q x + \tau^T R \tau\\); the deviation comes from the motors' encoders alone by the steady Kalman filter of the
 //! same linearisation (Anderson & Moore 1990, Optimal Control, chapter 8), or from the loop's estimator (LQG with an extended filter:
-//! Green & Sasiadek). Friction is left out of the linearisation: its slope at standstill is that of no motion.
+//! Green & Sasiadek). Friction is left out of the linearisation: its slope at standstill applies to no motion.
 
 use super::super::riccati::{gain, solve};
 use super::super::{Controller, LinearisedArm, Measured};
@@ -15,16 +15,16 @@ use crate::manipulator::{Arm, State};
 /// The elbow angles at which the arm is linearised: enough that neighbours differ by 3 % in inertia.
 const NODES: usize = 25;
 
-/// What the controller weighs.
+/// The weights of the controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weights {
     /// A link's angle that counts as much as the torque below, rad.
     pub angle: f64,
-    /// A link's velocity that does, rad/s.
+    /// A link's velocity that counts as much, rad/s.
     pub velocity: f64,
     /// N m.
     pub torque: f64,
-    /// The standard deviation of an encoder's noise, rad, and of the torque's, N m, of which the steady filter is made.
+    /// The standard deviation of an encoder's noise, rad, and of the torque's, N m, for the steady filter.
     pub noise: [f64; 2],
 }
 
@@ -55,7 +55,7 @@ pub struct Lqg {
     nodes: Vec<Node>,
     own_filter: bool,
     deviation: Vector,
-    /// What the last torque had beyond the reference's.
+    /// The last torque less the reference's.
     last: Option<[f64; 2]>,
 }
 
@@ -100,7 +100,7 @@ fn node(model: &Arm, weights: &Weights, step: f64, q2: f64) -> Result<Node> {
     let (a, b) = LinearisedArm::new(&Arm::new(parameters)?, &rest, [0.0; 2]).sampled(step);
     let torque = weights.torque * weights.torque;
     let (angle, velocity) = (torque / weights.angle.powi(2), torque / weights.velocity.powi(2));
-    // Motors count a thousandth: enough to be seen.
+    // Motors have a weight of a thousandth: enough to be observable in the cost.
     let q = Matrix::from_diagonal(&Vector::from_column_slice(&[
         angle,
         angle,

@@ -1,8 +1,8 @@
 //! Whether a filter's errors are as large as it says.
 //!
 //! The normalised square of the error (NEES) has as many degrees of freedom as the state, that of the innovation (NIS) as many as there are
-//! readings: each is chi-squared distributed if the filter is consistent (Bar-Shalom, Li & Kirubarajan 2001, Estimation with
-//! Applications to Tracking and Navigation, section 5.4). Of a consistent filter's, 95 % lie within the two-sided 95 % band.
+//! readings: each is chi-squared distributed if the filter is consistent (Bar-Shalom, Li & Kirubarajan 2001, Estimation with Applications
+//! to Tracking and Navigation, section 5.4). Then 95 % of the values lie within the two-sided 95 % band.
 
 use crate::distributions::chi_squared_quantile;
 
@@ -18,7 +18,7 @@ pub struct Share {
 }
 
 impl Share {
-    /// That of these values, of so many degrees of freedom; values that are not finite are outside.
+    /// The share of these values, for a chi-squared distribution of `degrees` degrees of freedom; values that are not finite are outside.
     fn new(values: impl Iterator<Item = f64> + Clone, degrees: f64) -> Self {
         let band = [0.025, 0.975].map(|p| chi_squared_quantile(p, degrees));
         let n = values.clone().count() as f64;
@@ -30,7 +30,7 @@ impl Share {
         }
     }
 
-    /// That of several runs of one length.
+    /// The share over several runs of one length.
     fn over(runs: impl Iterator<Item = Share> + Clone) -> Option<Self> {
         let n = runs.clone().count() as f64;
         Some(Share {
@@ -44,14 +44,14 @@ impl Share {
 /// The consistency of a filter over runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Consistency {
-    /// Of the errors.
+    /// The share for the errors.
     pub nees: Share,
-    /// Of the innovations.
+    /// The share for the innovations.
     pub nis: Share,
 }
 
 impl Consistency {
-    /// That of `[NEES, NIS]` at instants of one or several runs, for the arm's eight states and two encoders.
+    /// The consistency from `[NEES, NIS]` at instants of one or several runs, for the arm's eight states and two encoders.
     pub fn new(kept: &[[f64; 2]]) -> Self {
         Consistency {
             nees: Share::new(kept.iter().map(|v| v[0]), 8.0),
@@ -59,7 +59,7 @@ impl Consistency {
         }
     }
 
-    /// That of several runs of one length; `None` of none.
+    /// The consistency over several runs of one length; `None` without runs.
     pub fn over(runs: &[Consistency]) -> Option<Self> {
         Some(Consistency {
             nees: Share::over(runs.iter().map(|run| run.nees))?,

@@ -1,7 +1,7 @@
 //! Fuzzy adaptation of a filter's process noise.
 //!
-//! The innovations' mean normalised square over a window, divided by its expectation, says whether the filter trusts its model too much:
-//! r above 1, or too little: below. Three rules with trapezoidal memberships over ln r (Takagi & Sugeno 1985, constants as consequents)
+//! The innovations' mean normalised square over a window, divided by its expectation, shows whether the filter trusts its model too much (r
+//! above 1) or too little (r below 1). Three rules with trapezoidal memberships over ln r (Takagi & Sugeno 1985, constants as consequents)
 //! move the factor on the process noise (Sasiadek & Wang 1999, Sensor fusion based on fuzzy Kalman filtering, AIAA GNC):
 //!
 //! | if r is | then the factor changes by |
@@ -10,21 +10,21 @@
 //! | as expected | 1 |
 //! | large | * 1.1 |
 
-/// ln r that chance explains: three standard deviations of the window's mean, sqrt(0.02 / 1.98). Where less of it is left alone, the factor wanders
-/// with the innovations of a filter whose noise is right: at two, its NEES was in its band by 0.5 % less of the time.
+/// ln r that chance explains: three standard deviations of the window's mean, sqrt(0.02 / 1.98). With a smaller value the factor follows
+/// the random innovations of a correct filter: at two standard deviations, its NEES was in its band 0.5 % less of the time.
 const BY_CHANCE: f64 = 0.3;
 /// The weight of a new innovation in the mean: a window of about 50 samples.
 const FORGETTING: f64 = 0.02;
 /// ln r beyond which r is small or large without doubt: a factor of 2, seven standard deviations of the window's mean.
 const WITHOUT_DOUBT: f64 = std::f64::consts::LN_2;
-/// ln of the change of the factor that a rule asks for at most.
+/// The largest ln of the factor's change by a rule.
 const STEP: f64 = 0.095;
 /// The range of the factor.
 const RANGE: [f64; 2] = [1e-2, 1e6];
 /// The degrees of freedom of an innovation.
 const DEGREES: f64 = 2.0;
 
-/// What the rules have learnt.
+/// The state of the rules.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Adaptation {
     factor: f64,
@@ -55,7 +55,7 @@ impl Adaptation {
         let ratio = (self.mean / DEGREES).max(1e-12).ln();
         let beyond = |ratio: f64| ((ratio - BY_CHANCE) / (WITHOUT_DOUBT - BY_CHANCE)).clamp(0.0, 1.0);
         let (large, small) = (beyond(ratio), beyond(-ratio));
-        // The memberships sum to 1 with that of "as expected", whose consequent is none.
+        // The memberships sum to 1 with that of "as expected", which changes nothing.
         let change = STEP * (large - small);
         self.factor = (self.factor * change.exp()).clamp(RANGE[0], RANGE[1]);
     }

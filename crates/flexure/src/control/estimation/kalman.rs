@@ -3,7 +3,7 @@
 //! $$ \hat x_{k|k-1} = F(\hat x_{k-1}, \tau), \quad P_{k|k-1} = F_x P F_x^T + G G^T \sigma_\tau^2 + Q, \qquad
 //!    \nu = q_m - \hat q_m, \quad S = H P H^T + \sigma^2 I, \quad K = P H^T S^{-1} $$
 //!
-//! The two encoders are independent, so their readings are taken one after the other: scalars in place of a matrix S.
+//! The two encoders are independent, so their readings are processed one after the other: S is a scalar instead of a matrix.
 
 use super::super::{Estimator, Moment};
 use super::fuzzy::Adaptation;
@@ -12,16 +12,16 @@ use super::prediction::{Gaussian, extended, unscented};
 use crate::error::{Error, Result};
 use crate::manipulator::{Arm, State};
 
-/// The noise that a filter reckons with; standard deviations.
+/// The noise that a filter assumes; standard deviations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NoiseModel {
-    /// Of an encoder's reading, rad; positive. Rounding to counts of q adds q / sqrt(12).
+    /// Noise of an encoder's reading, rad; positive. Rounding to counts of q adds q / sqrt(12).
     pub encoder: f64,
-    /// Of the torque held over a sample time, N m; not negative.
+    /// Noise of the torque held over a sample time, N m; not negative.
     pub torque: f64,
-    /// Of the drift of each velocity, for what the model does not know, rad/s per root of a second; not negative.
+    /// Drift of each velocity, for errors of the model, rad/s per root of a second; not negative.
     pub drift: f64,
-    /// Of angles (rad) and velocities (rad/s) at the start; positive.
+    /// Spread of angles (rad) and velocities (rad/s) at the start; positive.
     pub start: [f64; 2],
 }
 
@@ -71,7 +71,7 @@ pub struct KalmanFilter {
     belief: Gaussian,
     /// The normalised square of the last innovation.
     nis: f64,
-    /// The normalised squares of error and innovation at every instant, where they are kept.
+    /// The normalised squares of error and innovation at every instant, if they are kept.
     kept: Option<Vec<[f64; 2]>>,
 }
 
@@ -117,7 +117,7 @@ impl KalmanFilter {
         }
     }
 
-    /// The filter, which keeps the normalised squares of its error and its innovation at every instant.
+    /// The filter, set to keep the normalised squares of its error and its innovation at every instant.
     #[must_use]
     pub fn judged(self) -> Self {
         KalmanFilter {
@@ -141,7 +141,7 @@ impl KalmanFilter {
         &self.belief.p
     }
 
-    /// The factor on the process noise that the rules have come to; 1 without them.
+    /// The present factor on the process noise from the rules; 1 without them.
     pub fn factor(&self) -> f64 {
         self.adaptation.as_ref().map_or(1.0, Adaptation::factor)
     }
@@ -193,7 +193,7 @@ impl KalmanFilter {
                 }
             }
         }
-        // Rounding must not make it lopsided.
+        // Keeps it symmetric despite rounding.
         for a in 0..8 {
             for b in 0..a {
                 let middle = 0.5 * (p[a][b] + p[b][a]);
@@ -248,7 +248,7 @@ mod tests {
         std::array::from_fn(|i| std::array::from_fn(|j| 1e-8 * f64::from(lower[i.max(j)][i.min(j)])))
     }
 
-    /// What a filter makes of the state of the references below.
+    /// A filter's prediction from the state of the references below.
     fn predicted(made: fn(Arm, NoiseModel) -> Result<KalmanFilter>) -> Gaussian {
         let noise = NoiseModel {
             encoder: 1e-2,

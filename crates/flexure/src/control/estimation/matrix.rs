@@ -1,4 +1,4 @@
-//! Small dense matrices on the stack: a filter step takes microseconds, and asks for no memory.
+//! Small dense matrices on the stack: a filter step takes microseconds, and allocates no memory.
 
 /// A matrix of eight rows.
 pub type Matrix8 = [[f64; 8]; 8];
@@ -35,7 +35,7 @@ pub fn product_transposed(a: &Matrix8, b: &Matrix8) -> Matrix8 {
     product(a, &transposed)
 }
 
-/// The lower triangular L with `L L^T` the matrix; none unless it is positive definite.
+/// The lower triangular L with `L L^T` the matrix; `None` unless it is positive definite.
 pub fn cholesky(a: &Matrix8) -> Option<Matrix8> {
     let mut l = [[0.0; 8]; 8];
     for j in 0..8 {

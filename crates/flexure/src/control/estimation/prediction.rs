@@ -26,8 +26,8 @@ const STEP: f64 = 1e-6;
 
 /// The linearisation at the middle of a step, and its exponential to the fourth order.
 ///
-/// `A` has the rows of the velocities above; below, the shoulder's angle has no column, and the deflections have two with opposite signs but
-/// for what the elbow angle does to the inertia.
+/// The upper half of `A` has the rows of the velocities. In the lower half, the shoulder's angle has no column, and a deflection gives two
+/// columns of opposite sign, except for the effect of the elbow angle on the inertia.
 fn transition(arm: &Arm, middle: &[f64; 8], torque: [f64; 2], h: f64) -> (Matrix8, [[f64; 2]; 8]) {
     let base = arm.derivative(middle, torque);
     let mut a = [[0.0; 8]; 8];
@@ -106,7 +106,7 @@ pub fn extended(arm: &Arm, before: &Gaussian, torque: [f64; 2], h: f64, noise: [
 
 /// The unscented filter's prediction through the sixteen points at \\(x \pm \sqrt{8}\, L_i\\), all of the same weight.
 ///
-/// None where the covariance is not positive definite.
+/// `None` if the covariance is not positive definite.
 pub fn unscented(arm: &Arm, before: &Gaussian, torque: [f64; 2], h: f64, noise: [f64; 2]) -> Option<Gaussian> {
     let l = cholesky(&before.p)?;
     let scale = 8.0_f64.sqrt();

@@ -2,8 +2,8 @@
 //!
 //! $$ y_n = -a_1 y_{n-1} - \dots - a_l y_{n-l} + \sum_{j=0}^{l} \sum_m b_j c_m g_m(u_{n-d-j}) + e_n $$
 //!
-//! The products \\(b_j c_m\\) are estimated as they are; their matrix has rank one, and its dominant singular vectors are b and c (Bai 1998,
-//! An optimal two-stage identification algorithm for Hammerstein-Wiener nonlinear systems, Automatica 34).
+//! The products \\(b_j c_m\\) are estimated as free parameters; their matrix has rank one, and its dominant singular vectors are b and c
+//! (Bai 1998, An optimal two-stage identification algorithm for Hammerstein-Wiener nonlinear systems, Automatica 34).
 
 use super::checkpoint::Checkpoint;
 use super::least_squares::{LeastSquares, Memory};
@@ -47,7 +47,7 @@ pub struct RecursiveHammerstein {
     fit: LeastSquares,
 }
 
-/// What a Hammerstein system has come to.
+/// The present estimate of a Hammerstein system.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HammersteinEstimate {
     /// The denominator in z^-1, from 1 on.
@@ -56,12 +56,12 @@ pub struct HammersteinEstimate {
     pub b: Vec<f64>,
     /// The coefficients of u, u^2, ... of the nonlinearity.
     pub powers: Vec<f64>,
-    /// The constant at the output's equation.
+    /// The constant in the output's equation.
     pub offset: f64,
 }
 
 impl RecursiveHammerstein {
-    /// Of this order and delay, with a polynomial of this degree before it.
+    /// A system of this order and delay, with a polynomial of this degree before it.
     ///
     /// # Errors
     /// [`Error::Parameter`] for an order above 50, a degree outside 1 to 15, a longer history than 1000 samples, or a memory outside its range.
@@ -92,7 +92,7 @@ impl RecursiveHammerstein {
         })
     }
 
-    /// Takes a sample of input and output; after one that is not finite the history begins anew.
+    /// Takes a sample of input and output; after a value that is not finite, the history begins again.
     pub fn push(&mut self, u: f64, y: f64) {
         if !(u.is_finite() && y.is_finite()) {
             self.seen = 0;
@@ -121,12 +121,12 @@ impl RecursiveHammerstein {
         self.y.push(y);
     }
 
-    /// The regression's coefficients as they are; none as long as the samples do not determine them.
+    /// The regression's coefficients, not split; `None` as long as the samples do not determine them.
     pub fn coefficients(&self) -> Option<Vec<f64>> {
         self.fit.estimate()
     }
 
-    /// The system, its products split; none as long as the samples do not determine it.
+    /// The system, with its products split; `None` as long as the samples do not determine it.
     pub fn estimate(&self) -> Option<HammersteinEstimate> {
         let all = self.fit.estimate()?;
         let (own, rest) = all.split_at(self.order);
@@ -221,7 +221,7 @@ fn dominant(matrix: &[f64], columns: usize) -> Option<(Vec<f64>, Vec<f64>)> {
 pub struct RecursiveArx(RecursiveHammerstein);
 
 impl RecursiveArx {
-    /// Of this order and delay.
+    /// A system of this order and delay.
     ///
     /// # Errors
     /// Those of [`RecursiveHammerstein::new`].
@@ -234,7 +234,7 @@ impl RecursiveArx {
         self.0.push(u, y);
     }
 
-    /// Numerator and denominator in z^-1, and the constant at the output's equation; none as long as the samples do not determine them.
+    /// Numerator and denominator in z^-1, and the constant in the output's equation; `None` as long as the samples do not determine them.
     pub fn estimate(&self) -> Option<(Vec<f64>, Vec<f64>, f64)> {
         let all = self.0.coefficients()?;
         let (own, rest) = all.split_at(self.0.order);

@@ -2,10 +2,10 @@
 
 use crate::error::{Error, Result};
 
-/// What is still to be read of a checkpoint.
+/// The part of a checkpoint that is still to be read.
 pub(super) struct Checkpoint<'a> {
     rest: &'a [u8],
-    /// Of the whole.
+    /// The length of the whole checkpoint.
     length: usize,
 }
 
@@ -28,7 +28,7 @@ impl<'a> Checkpoint<'a> {
         self.word().map(u64::from_le_bytes)
     }
 
-    /// A whole number that counts, or is the place of something.
+    /// A whole number: a count or an index.
     pub fn count(&mut self) -> Result<usize> {
         usize::try_from(self.whole()?).map_err(|_| self.wrong())
     }

@@ -3,9 +3,9 @@
 //!
 //! $$ g^\pm_k = \max(0, g^\pm_{k-1} \pm x_k / \sigma - \delta / 2), \qquad \text{alarm where } g^\pm > h $$
 //!
-//! for a change by \\(\delta\\) standard deviations. By Siegmund's approximation (1985, Sequential Analysis, section II.6) an alarm of one side comes
-//! after \\(L(\mu) = (e^{-2 \mu b} + 2 \mu b - 1) / (2 \mu^2)\\) samples on average, with \\(b = h + 1.166\\) and \\(\mu\\) the mean of what is summed:
-//! \\(-\delta/2\\) without a change, \\(\delta/2\\) with it.
+//! for a change of \\(\delta\\) standard deviations. By Siegmund's approximation (1985, Sequential Analysis, section II.6) an alarm of one
+//! side comes after \\(L(\mu) = (e^{-2 \mu b} + 2 \mu b - 1) / (2 \mu^2)\\) samples on average, with \\(b = h + 1.166\\) and \\(\mu\\) the
+//! mean of the summed steps: \\(-\delta/2\\) without a change, \\(\delta/2\\) with it.
 
 use super::checkpoint::Checkpoint;
 use crate::error::{Error, Result};
@@ -29,8 +29,8 @@ fn mean_run(mean: f64, threshold: f64) -> f64 {
 }
 
 impl Cusum {
-    /// For a change by `change` standard deviations of white noise of the standard deviation `deviation`, with one false alarm in `quiet`
-    /// samples on average.
+    /// A detector for changes of `change` standard deviations, in white noise with the standard deviation `deviation`, with one false alarm
+    /// in `quiet` samples on average.
     ///
     /// # Errors
     /// [`Error::Parameter`] unless the deviation is positive, the change from 0.01 to 10, and the samples from 100 to 1e15.
@@ -63,7 +63,7 @@ impl Cusum {
                 "from 100 to 1e15",
             ));
         }
-        // Either side alone may have half of the alarms.
+        // Each side may cause half of the alarms.
         let (mut low, mut high) = (0.0, 1e6);
         for _ in 0..100 {
             let middle = 0.5 * (low + high);
@@ -80,7 +80,7 @@ impl Cusum {
         })
     }
 
-    /// Takes a value; says whether that is an alarm, 1 for a change upwards and -1 for one downwards, and begins anew behind one.
+    /// Takes a value. Returns 1 for the alarm of a change upwards, -1 for one downwards; after an alarm the sums begin again.
     pub fn push(&mut self, x: f64) -> Option<i8> {
         if !x.is_finite() {
             return None;
@@ -130,7 +130,7 @@ impl Cusum {
         self.threshold
     }
 
-    /// The samples from a change of the size it is made for to its alarm, on average.
+    /// The mean number of samples from a change of the size `change` to its alarm.
     pub fn mean_delay(&self) -> f64 {
         mean_run(0.5 * self.change, self.threshold)
     }

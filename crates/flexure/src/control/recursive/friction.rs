@@ -1,7 +1,7 @@
 //! Inertia and friction of a joint that learn: \\(\tau = J v' + f_c \tanh(v / v_0) + f_v v + \tau_0\\).
 //!
-//! The equation is integrated over a sample time, so that velocities are enough: the change of velocity in place of the acceleration, the mean of
-//! both ends for the rest.
+//! The equation is integrated over a sample time, so that velocities are enough: the change of velocity replaces the acceleration, and the
+//! other terms are means of both ends.
 
 use super::checkpoint::Checkpoint;
 use super::least_squares::{LeastSquares, Memory};
@@ -17,7 +17,7 @@ pub struct RecursiveFriction {
 }
 
 impl RecursiveFriction {
-    /// For torques held over `sample_time` s; dry friction changes its sign within `reversal` rad/s.
+    /// A model for torques held over `sample_time` s; dry friction changes its sign within `reversal` rad/s.
     ///
     /// # Errors
     /// [`Error::Parameter`] unless both are positive and finite, or for a memory outside its range.
@@ -35,7 +35,7 @@ impl RecursiveFriction {
         })
     }
 
-    /// Takes the torque that was held until now, N m, and the velocity now, rad/s; returns what was not foreseen of the torque.
+    /// Takes the torque that was held until now, N m, and the velocity now, rad/s; returns the prediction error of the torque.
     pub fn push(&mut self, torque: f64, velocity: f64) -> Option<f64> {
         let last = self
             .last
@@ -57,7 +57,7 @@ impl RecursiveFriction {
         foreseen.map(|f| torque - f)
     }
 
-    /// `[J, fc, fv, tau0]`, kg m^2, N m, N m s/rad, N m; none as long as the samples do not determine them.
+    /// `[J, fc, fv, tau0]`, kg m^2, N m, N m s/rad, N m; `None` as long as the samples do not determine them.
     pub fn estimate(&self) -> Option<[f64; 4]> {
         self.fit.estimate()?.try_into().ok()
     }

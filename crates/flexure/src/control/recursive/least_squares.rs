@@ -1,20 +1,20 @@
 //! Recursive least squares in square-root information form.
 //!
 //! The upper triangular R and the vector z with \\(R^T R = \sum \lambda^{k-i} \phi_i \phi_i^T\\), \\(R^T z = \sum \lambda^{k-i} \phi_i y_i\\)
-//! take a new row by Givens rotations (Bierman 1977, Factorization Methods for Discrete Sequential Estimation, chapter IV). That is the QR
-//! factorisation of the batch problem, row by row: errors of rounding do not grow with the number of samples as those of the covariance
-//! form do, and without forgetting the estimate is the batch one. A drifting parameter, in the Kalman form, inflates the covariance
-//! \\(P = (R^T R)^{-1}\\) by \\(\sigma_w^2\\) per sample relative to the noise; the information then loses a share of itself that keeps it bounded.
+//! take a new row by Givens rotations (Bierman 1977, Factorization Methods for Discrete Sequential Estimation, chapter IV). This is the QR
+//! factorisation of the batch problem, row by row: unlike in the covariance form, rounding errors do not grow with the number of samples,
+//! and without forgetting the estimate is the batch one. A drifting parameter, in the Kalman form, inflates the covariance \\(P = (R^T
+//! R)^{-1}\\) by \\(\sigma_w^2\\) per sample relative to the noise; the information then loses a share, and so stays bounded.
 
 use super::checkpoint::Checkpoint;
 use crate::error::{Error, Result};
 
-/// How the past counts.
+/// How past samples are weighted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Memory {
-    /// All samples alike.
+    /// All samples count equally.
     All,
-    /// The sample before counts this much of the one after it; above 0, below 1.
+    /// Each sample counts this much relative to the next one; above 0, below 1.
     Forgetting(f64),
     /// The parameters take random steps of this variance, relative to that of the noise; positive.
     Drift(f64),
@@ -46,9 +46,9 @@ const MOST_PARAMETERS: usize = 1000;
 pub struct LeastSquares {
     memory: Memory,
     n: usize,
-    /// Rows of R, each from its diagonal on, with z behind: `n + 1 - i` numbers for row i.
+    /// Rows of R, each from its diagonal on, followed by z: `n + 1 - i` numbers for row i.
     rows: Vec<f64>,
-    /// The sum of squared residuals, forgotten as the rest.
+    /// The sum of squared residuals, with the same forgetting.
     squares: f64,
     /// The number of samples, and their sum of weights.
     samples: u64,
@@ -57,7 +57,8 @@ pub struct LeastSquares {
 }
 
 impl LeastSquares {
-    /// Of `n` parameters; `prior` is what is known before of each, as the inverse of a standard deviation relative to the noise's.
+    /// A regression with `n` parameters; `prior` is the prior knowledge of each: the inverse of its standard deviation, relative to the
+    /// noise's.
     ///
     /// # Errors
     /// [`Error::Parameter`] for no parameters, more than 1000, or a memory or a prior outside its range.
@@ -85,7 +86,7 @@ impl LeastSquares {
         })
     }
 
-    /// Takes a row of regressors with its value; a row of which a square is not finite is passed over.
+    /// Takes a row of regressors with its value; a row is ignored if one of its squares is not finite.
     pub fn push(&mut self, row: &[f64], y: f64) {
         let bounded = |v: &f64| (v * v).is_finite();
         if row.len() != self.n || !bounded(&y) || !row.iter().all(bounded) {
@@ -102,7 +103,7 @@ impl LeastSquares {
             if x[0] == 0.0 {
                 continue;
             }
-            // The squares of small values may be zero, and those of large ones infinite.
+            // The squares of small values may be zero, those of large values infinite.
             let square = r[0] * r[0] + x[0] * x[0];
             let size = if square.is_normal() {
                 square.sqrt()
@@ -159,7 +160,7 @@ impl LeastSquares {
         self.squares / (self.weight - self.n as f64).max(f64::MIN_POSITIVE)
     }
 
-    /// The estimate; none as long as the rows do not determine it.
+    /// The estimate; `None` as long as the rows do not determine it.
     pub fn estimate(&self) -> Option<Vec<f64>> {
         let mut x = vec![0.0; self.n];
         let largest = self.diagonal().fold(0.0, |m: f64, d| m.max(d.abs()));

@@ -7,7 +7,7 @@ use crate::identify::result::StructureName;
 use crate::text::p_value;
 use crate::validation::ResidualTest;
 
-/// What speaks against a candidate.
+/// The evidence against a candidate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Refutation {
     /// A residual test rejects it.
@@ -43,18 +43,18 @@ pub struct StructureCandidate {
 /// What the data say about all structures that were compared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StructureComparison {
-    /// The simplest structure that no comparison refutes; if none is supported, the best that these structures can do.
+    /// The simplest structure that no comparison refutes; if none is supported, the best of these structures.
     pub chosen: StructureName,
     /// The structure that the data support, if any.
     pub supported: Option<StructureName>,
-    /// Structures as simple as the chosen one that predict as well: the data do not distinguish these.
+    /// Structures as simple as the chosen one that predict equally well: the data do not distinguish them.
     pub as_good: Vec<StructureName>,
     /// All that were fitted, simplest first.
     pub candidates: Vec<StructureCandidate>,
-    /// The share of the chosen one's squared error that is seen not to be noise: by a general function of the input, or by the test that
-    /// refutes it; zero where none does.
+    /// The share of the chosen one's squared error that is detected not to be noise: by a general function of the input, or by the test
+    /// that refutes it; zero if nothing is detected.
     pub not_noise: f64,
-    /// Where no structure is supported: what the chosen one's error looks like, with shares of its square, largest first.
+    /// If no structure is supported: what the chosen one's error looks like, with shares of its square, largest first.
     pub looks_like: Vec<(Symptom, f64)>,
     /// Why, in sentences.
     pub reasons: Vec<String>,
@@ -78,7 +78,7 @@ impl fmt::Display for Refutation {
     }
 }
 
-/// A factor above 1: to three decimals where it is near 1, to whole numbers where it is large.
+/// A factor above 1: to three decimals near 1, to whole numbers if it is large.
 struct Factor(f64);
 
 impl fmt::Display for Factor {

@@ -11,12 +11,12 @@ use crate::linear::correlation::mean;
 use crate::quantiles::NORMAL_MAD;
 use crate::validation::{LEVEL, PairedComparison, ResidualTest};
 
-/// A candidate's fresh errors, and what was found about them.
+/// A candidate with its fresh errors and their verdict.
 pub(super) struct Judged<'a> {
     pub structure: StructureName,
     pub verdict: &'a Verdict,
     predicted: &'a [f64],
-    /// Fresh errors, as they are and cut.
+    /// Fresh errors, uncut and cut.
     uncut: Vec<f64>,
     errors: Vec<f64>,
 }
@@ -33,7 +33,7 @@ impl<'a> Judged<'a> {
         }
     }
 
-    /// The residual tests that reject the candidate; none where the misfit that they see is negligible.
+    /// The residual tests that reject the candidate; empty if the misfit that they detect is negligible.
     pub fn failed(&self) -> Vec<ResidualTest> {
         if self.verdict.holds() {
             return Vec::new();
@@ -47,10 +47,10 @@ impl<'a> Judged<'a> {
         self.verdict.measures.rms
     }
 
-    /// Whether the candidate is simpler than a structure, which need not be fitted then: the candidate leaves white noise, or the structure
-    /// is a general one, and the candidate holds and has the `least` error of all.
+    /// Whether the candidate makes it unnecessary to fit a more complex structure: it leaves white noise; or the structure is a general
+    /// one, and the candidate holds and has the `least` error of all.
     ///
-    /// A simple candidate holds here only where no test refutes it: a general structure may explain even a negligible misfit.
+    /// A simple candidate holds here only if no test refutes it: a general structure may explain even a negligible misfit.
     pub fn suffices(&self, structure: &Structure, least: f64) -> bool {
         let own = complexity(self.structure);
         let holds = || self.verdict.holds() && (self.verdict.refutation().is_none() || own >= Some(GENERAL));
@@ -58,9 +58,9 @@ impl<'a> Judged<'a> {
         own < structure.complexity && (self.leaves_white_noise() || is_enough())
     }
 
-    /// Whether no test finds anything in the errors, not even a colour of their own.
+    /// Whether no test finds anything in the errors, not even that they are coloured.
     ///
-    /// Each test asks at the level of 1 % here, whatever its share of the joint level: a fit too many costs time alone.
+    /// Each test has the level of 1 % here, not its share of the joint level: an unnecessary fit only costs time.
     fn leaves_white_noise(&self) -> bool {
         let silent = |t: &ResidualTest| t.p_value >= LEVEL;
         let residuals = self.verdict.residuals.as_ref();
@@ -72,7 +72,7 @@ fn mean_square(errors: &[f64]) -> f64 {
     mean(&errors.iter().map(|e| e * e).collect::<Vec<f64>>())
 }
 
-/// Errors cut at several robust standard deviations: a few samples where a candidate extrapolates decide nothing.
+/// Errors cut at several robust standard deviations: a few samples at which a candidate extrapolates must not decide.
 fn cut(mut errors: Vec<f64>) -> Vec<f64> {
     let mut sizes: Vec<f64> = errors.iter().map(|e| e.abs()).collect();
     sizes.sort_unstable_by(f64::total_cmp);
@@ -90,13 +90,13 @@ pub(super) struct Judgement<'a> {
     pub chosen: usize,
     /// Its verdict.
     pub verdict: &'a Verdict,
-    /// Others of the same complexity that are as good.
+    /// Other candidates of the same complexity that are as good.
     pub ties: Vec<usize>,
     /// What refutes each.
     pub refuted_by: Vec<Vec<Refutation>>,
     /// The share of the chosen one's squared error that is not noise.
     pub not_noise: f64,
-    /// What its error looks like, where it does not hold.
+    /// What its error looks like, if it does not hold.
     pub looks_like: Vec<(Symptom, f64)>,
     /// Whether the chosen one holds.
     pub supported: bool,
@@ -105,11 +105,11 @@ pub(super) struct Judgement<'a> {
 /// Judges candidates, at least one, in order of complexity, on the fresh samples of these inputs.
 pub(super) fn judge<'a>(candidates: &[Judged<'a>], inputs: &[&[f64]]) -> Judgement<'a> {
     let squares: Vec<f64> = candidates.iter().map(|c| mean_square(&c.errors)).collect();
-    // A few wild samples refute nothing, but what has them is not the best.
+    // A few wild samples do not refute a candidate, but it is then not the best one.
     let uncut: Vec<f64> = candidates.iter().map(|c| mean_square(&c.uncut)).collect();
     let best = smallest(&uncut, 0..candidates.len());
     let level = LEVEL / candidates.len().saturating_sub(1).max(1) as f64;
-    // Against the best one only: the others are no better.
+    // Comparisons are only with the best one.
     let worse: Vec<Option<Refutation>> = (0..candidates.len())
         .map(|i| {
             let test = PairedComparison::new(&candidates[i].errors, &candidates[best].errors).ok()?;
@@ -127,7 +127,7 @@ pub(super) fn judge<'a>(candidates: &[Judged<'a>], inputs: &[&[f64]]) -> Judgeme
         .into_iter()
         .filter(|i| Some(complexity(candidates[*i].structure)) == simplest);
     let tier: Vec<usize> = tier.collect();
-    // As good as each other: the one with the fewest parameters.
+    // Among equally good ones, the one with the fewest parameters.
     let parameters = |i: &usize| candidates[*i].verdict.estimated.map_or(0, |e| e.parameters);
     let fewest = tier.iter().map(parameters).min();
     let chosen = smallest(&squares, tier.iter().copied().filter(|i| Some(parameters(i)) == fewest));

@@ -2,26 +2,27 @@
 
 /// Robust standard deviations at which errors are cut before they are compared. Convention: normal errors are not cut.
 pub(super) const CUT: f64 = 6.0;
-/// A mean squared error larger by less than this share is as good: the candidates' own estimation errors differ. Convention.
+/// A mean squared error that is larger by less than this share counts as equal: the candidates' estimation errors differ. Convention.
 pub(super) const TOLERATED_SHARE: f64 = 0.02;
 
-/// Structures of this complexity and above contain most others: they are fitted only where nothing simpler holds.
+/// Structures of this complexity and above contain most others: they are fitted only if nothing simpler holds.
 pub(super) const GENERAL: usize = 4;
 
 /// The error's regression: lags of every signal. Convention.
 pub(super) const LAGS: usize = 12;
 /// The error's regression: samples of a half that a regressor needs. Convention.
 pub(super) const SAMPLES_PER_REGRESSOR: usize = 10;
-/// The error's regression: standard deviations at which input and prediction are cut. Their cubes depend on few samples else. Convention.
+/// The error's regression: standard deviations at which input and prediction are cut. Otherwise their cubes would depend on few samples.
+/// Convention.
 pub(super) const MODERATE: f64 = 4.0;
 /// The error's regression: added to the regressors' variance, as a share. Rounding.
 pub(super) const RIDGE: f64 = 1e-6;
 
-/// Shares of the squared error from which on a kind of thing is named. Convention.
+/// A symptom is named from this share of the squared error on. Convention.
 pub(super) const SEEN: f64 = 0.1;
-/// Blocks of the fresh samples; a kind of thing is fitted to every other one. Convention.
+/// Blocks of the fresh samples; a symptom is fitted to every other one. Convention.
 pub(super) const DRIFT_BLOCKS: usize = 20;
-/// Half widths of plays behind the prediction, in its standard deviations. Convention.
+/// Half widths of plays that act on the prediction, in its standard deviations. Convention.
 pub(super) const PLAYS: [f64; 4] = [0.2, 0.5, 1.0, 1.6];
-/// Robust standard deviations from which on a sample of the error is far from all others: never reached by normal noise.
+/// A sample of the error is far from all others from this many robust standard deviations on: normal noise never reaches it.
 pub(super) const OUTLIERS_FROM: f64 = 8.0;

@@ -1,28 +1,28 @@
-//! Which structure: linear, Hammerstein, Wiener, Wiener-Hammerstein, Hammerstein-Wiener, a loop, parallel branches; or none of these. Of
+//! Which structure: linear, Hammerstein, Wiener, Wiener-Hammerstein, Hammerstein-Wiener, a loop, parallel branches; or none of these. For
 //! several inputs: linear, a Hammerstein branch for each, or one nonlinearity of all.
 //!
 //! All candidates are fitted to the first part of the record and compared on the rest, which none of them has seen:
 //!
 //! - A candidate is **refuted by a comparison** if its squared error is significantly larger than the best one's (paired test with
 //!   dependence allowed for, see [`PairedComparison`](crate::validation::PairedComparison); 1 %, shared out among the
-//!   comparisons) and larger by at least 2 %. The smallest error as such decides nothing: of two structures one of which contains
-//!   the other, either may happen to have it.
+//!   comparisons) and larger by at least 2 %. The smallest error alone decides nothing: if one of two structures contains the other, either
+//! may have it by chance.
 //! - It is **refuted by a test** if one of the [residual tests](crate::validation::ResidualTests) rejects it (1 %, shared out among
-//!   the tests), and the misfit that the test sees is not negligible.
-//! - **Chosen** is the simplest candidate that no comparison refutes. Hammerstein and Wiener are equally simple; where both are as
-//!   good, the result says so.
-//! - It is **supported** if its [verdict](super::Verdict::holds) is that it holds: no test refutes it, or the misfit that a test sees is
-//!   negligible, and what it leaves is white noise or small. Otherwise the data support none of these structures, as they should where there is
+//!   the tests), and the misfit that the test detects is not negligible.
+//! - **Chosen** is the simplest candidate that no comparison refutes. Hammerstein and Wiener are equally simple; if both are equally good,
+//!   the result says so.
+//! - It is **supported** if its [verdict](super::Verdict::holds) is that it holds: no test refutes it, or the misfit that a test detects is
+//!   negligible, and its error is white noise or small. Otherwise the data support none of these structures; this is the right answer for
 //!   hysteresis or a drift.
 //!
-//! Where a simple candidate leaves white noise, more complex ones are not fitted. A loop and parallel branches contain most others and
-//! take longest: they are fitted only where nothing simpler both holds and has the least error so far. Nothing here is random.
+//! If a simple candidate leaves white noise, more complex ones are not fitted. A loop and parallel branches contain most others and take
+//! longest: they are fitted only if nothing simpler both holds and has the least error so far. Nothing here is random.
 //!
-//! Where no candidate holds, the result says what the error of the chosen one looks like: something in a loop, a drift in time,
+//! If no candidate holds, the result says what the error of the chosen one looks like: something in a loop, a drift in time,
 //! hysteresis, outliers.
 //!
-//! What cannot be decided: a Wiener-Hammerstein system one of whose blocks hardly has a memory is nearly a Wiener or a Hammerstein system, and found as
-//! such; a structure outside these that one of them imitates to within the noise is not refuted.
+//! What cannot be decided: a Wiener-Hammerstein system in which one linear block has hardly any memory is nearly a Wiener or a Hammerstein
+//! system, and is found as such. Another structure is not refuted if one of these imitates it to within the noise.
 
 mod comparison;
 mod judge;
@@ -44,17 +44,17 @@ pub use comparison::{Refutation, StructureCandidate, StructureComparison};
 use judge::{Judged, judge};
 pub use symptoms::Symptom;
 
-/// The structures that are compared for so many inputs, simplest first.
+/// The structures that are compared for this number of inputs, simplest first.
 fn compared_structures(inputs: usize) -> Vec<&'static Structure> {
     let takes = |s: &&Structure| s.complexity.is_some() && s.inputs.contains(&inputs);
-    // For one input, a structure of several is one of the others.
+    // For one input, a structure of several inputs equals one of the others.
     let own = |s: &&Structure| inputs > 1 || s.complexity == Some(1) || !s.has_several_inputs();
     let mut all: Vec<&Structure> = structures().iter().filter(takes).filter(own).collect();
     all.sort_by_key(|s| s.complexity);
     all
 }
 
-/// The identification of a system of unknown structure: that of the chosen structure with its
+/// The identification of a system of unknown structure: the result is that of the chosen structure, with its
 /// [`comparison`](Identification::comparison).
 ///
 /// ```
@@ -107,7 +107,7 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
                 }
                 match same {
                     None => fitted.push(found),
-                    // The structure's own fit is kept where it holds: it tells more, such as breakpoints and the noise.
+                    // The structure's own fit is kept if it holds: it gives more, such as breakpoints and the noise.
                     Some(other) if other.verdict.holds() => {}
                     Some(other) if found.verdict.measures.rms < other.verdict.measures.rms => *other = found,
                     Some(_) => {}
@@ -121,10 +121,10 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
 /// The titles of structures that are not among the candidates.
 #[derive(Default)]
 struct Others {
-    /// A simpler one holds.
+    /// Titles of structures that were not fitted because a simpler one holds.
     superfluous: Vec<&'static str>,
     too_few_samples: Vec<&'static str>,
-    /// Titles of structures whose fit was a simpler structure, with the title of that one.
+    /// Titles of structures whose fit is a simpler structure, with the simpler one's title.
     simpler: Vec<(&'static str, &'static str)>,
 }
 
@@ -133,14 +133,14 @@ fn complexity(structure: StructureName) -> Option<usize> {
     Structure::by_name(structure.key).and_then(|s| s.complexity)
 }
 
-/// What was fitted, on the fresh samples.
+/// The fitted candidates on the fresh samples.
 fn judged<'a>(samples: &Samples<'_>, fitted: &'a [Identification]) -> Vec<Judged<'a>> {
     let y = &samples.y[samples.fitted..];
     let of = |i: &'a Identification| Judged::new(i.structure, &i.verdict, y, &i.predicted[samples.fitted..]);
     fitted.iter().map(of).collect()
 }
 
-/// The comparison of what was fitted.
+/// The comparison of the fitted candidates.
 fn compared(samples: &Samples<'_>, mut fitted: Vec<Identification>, others: &Others) -> Identification {
     let u: Vec<&[f64]> = samples.u.iter().map(|u| &u[samples.fitted..]).collect();
     let judged = judged(samples, &fitted);

@@ -65,7 +65,7 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement<'
     all
 }
 
-/// What refutes a candidate most: a comparison, else the test that sees most.
+/// The strongest evidence against a candidate: a comparison, otherwise the test that detects the largest share.
 fn strongest(c: &StructureCandidate) -> Option<String> {
     let seen = |r: &Refutation| match r {
         Refutation::Comparison { .. } => f64::INFINITY,
@@ -83,7 +83,7 @@ fn strongest(c: &StructureCandidate) -> Option<String> {
     })
 }
 
-/// What kind of thing the error looks like.
+/// A sentence on what the error looks like.
 fn looks_like(symptoms: &[(Symptom, f64)]) -> String {
     let all: Vec<String> = symptoms
         .iter()

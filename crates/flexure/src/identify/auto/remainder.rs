@@ -1,9 +1,9 @@
-//! How much of a model's error a general function of the input would still explain.
+//! How much of a model's error a general function of the input still explains.
 //!
 //! The error is regressed on powers of the input and of the prediction, each at several lags, on one half of the fresh samples and
-//! predicted on the other, in turn. What the regression explains there is not noise; the rest bounds the noise from above, without
-//! any assumption on its colour. Few samples bear few regressors: regressions on the input alone, and on input and prediction, reach
-//! farther back then, and the one that explains most counts.
+//! predicted on the other, in turn. The explained part is not noise; the rest bounds the noise from above, without any assumption on its
+//! colour. Few samples allow only few regressors. Then regressions on the input alone, and on input and prediction, reach farther back, and
+//! the one that explains most counts.
 
 use super::limits::{LAGS, MODERATE, RIDGE, SAMPLES_PER_REGRESSOR};
 use crate::identify::block::{regression, standardised};
@@ -20,7 +20,7 @@ pub(super) fn explained(error: &[f64], u: &[f64], predicted: &[f64]) -> f64 {
     sets.into_iter().fold(0.0, f64::max)
 }
 
-/// The same by these signals, as far back as the samples allow.
+/// The share that these signals explain, with as many lags as the samples allow.
 fn explained_by(error: &[f64], signals: &[&[f64]]) -> f64 {
     let n = error.len();
     let lags = LAGS.min(n / 2 / SAMPLES_PER_REGRESSOR / signals.len());
@@ -67,7 +67,7 @@ pub(super) fn predicted_share(error: &[f64], columns: &[Vec<f64>], first: impl F
     }
 }
 
-/// The signal in standard deviations, cut where single samples would decide a regression on powers.
+/// The signal in standard deviations, cut so that single samples do not decide a regression on powers.
 pub(super) fn moderate(v: &[f64]) -> Vec<f64> {
     standardised(v).iter().map(|x| x.clamp(-MODERATE, MODERATE)).collect()
 }

@@ -1,12 +1,12 @@
-//! What came out as a simpler structure than was fitted: a linear part that is a mere delay is none.
+//! Results that are a simpler structure than the fitted one: a linear part that is a mere delay does not count.
 
 use crate::identify::result::{BlockKind, Identification, LinearBlock, NamedBlock};
 use crate::identify::structures::WIENER;
 use crate::identify::{HAMMERSTEIN, WIENER_HAMMERSTEIN};
 use crate::linear::TransferFunction;
 
-/// A Wiener-Hammerstein system whose front linear part is a mere delay as the Hammerstein system that it is, and one whose back linear part
-/// is one as the Wiener system; anything else as it is.
+/// If the front linear part of a Wiener-Hammerstein system is a mere delay, returns it as a Hammerstein system; if the back one is, as a
+/// Wiener system. Other results are unchanged.
 ///
 /// The blocks' outputs differ while the first samples fill the delay.
 pub(super) fn simpler(mut found: Identification) -> Identification {
@@ -44,14 +44,14 @@ pub(super) fn simpler(mut found: Identification) -> Identification {
     }
 }
 
-/// The samples by which a system delays, where it does nothing else.
+/// The delay of a system that only delays, in samples.
 fn mere_delay(system: &TransferFunction) -> Option<usize> {
     let delay = system.b().iter().position(|b| *b != 0.0)?;
     let alone = system.a().len() == 1 && system.b()[delay] == 1.0 && system.b()[delay + 1..].iter().all(|b| *b == 0.0);
     alone.then_some(delay)
 }
 
-/// A system with so many samples of delay more.
+/// The system with `delay` more samples of delay.
 fn later(system: &TransferFunction, delay: usize) -> Option<TransferFunction> {
     let b = [&vec![0.0; delay][..], system.b()].concat();
     TransferFunction::new(b, system.a().to_vec()).ok()

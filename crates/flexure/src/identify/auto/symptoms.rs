@@ -1,7 +1,7 @@
-//! What kind of thing a model's error looks like, where no structure holds.
+//! Symptoms: what a model's error looks like if no structure holds.
 //!
-//! Each kind is a few functions that would follow the error if it were of that kind; its size is the share of the error's variance that they
-//! predict on blocks of the fresh samples that they were not fitted to. Kinds overlap: a hysteresis is a loop, too.
+//! Each symptom has a few functions that follow such an error. Its size is the share of the error's variance that they predict on blocks of
+//! the fresh samples that they were not fitted to. Symptoms overlap: a hysteresis is also a loop.
 
 use super::limits::{DRIFT_BLOCKS, OUTLIERS_FROM, PLAYS, SEEN};
 use super::remainder::{moderate, predicted_share};
@@ -9,14 +9,14 @@ use crate::identify::outcome::Verdict;
 use crate::quantiles::NORMAL_MAD;
 use crate::validation::TestKind;
 
-/// A kind of thing that an error looks like.
+/// A kind of effect that an error looks like.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Symptom {
     /// It follows from the output's own past.
     Loop,
     /// The gain or the level changes with time.
     Drift,
-    /// It follows from where the output turned round: play, friction, magnetisation.
+    /// It depends on where the output turned round: play, friction, magnetisation.
     Hysteresis,
     /// A few samples make most of it.
     Outliers,
@@ -46,7 +46,7 @@ impl Symptom {
     }
 }
 
-/// The kinds that are seen in an error, with their shares of its square, largest first.
+/// The symptoms that are seen in an error, with their shares of its square, largest first.
 pub(super) fn symptoms(verdict: &Verdict, error: &[f64], inputs: &[&[f64]], predicted: &[f64]) -> Vec<(Symptom, f64)> {
     let tests = verdict.residuals.iter().flat_map(|r| &r.tests);
     let loops = tests.filter(|t| t.kind == TestKind::OutputFunctionIndependence && !t.passed());
@@ -75,7 +75,7 @@ fn drift(error: &[f64], u: &[f64], predicted: &[f64]) -> f64 {
     predicted_share(error, &columns, |k| (k * DRIFT_BLOCKS / n).is_multiple_of(2))
 }
 
-/// The share that plays of several widths behind the prediction explain, beyond what follows from the prediction itself.
+/// The share that plays of several widths on the prediction explain, beyond the share of the prediction itself.
 fn hysteresis(error: &[f64], predicted: &[f64]) -> f64 {
     let n = error.len();
     let p = moderate(predicted);
@@ -85,7 +85,7 @@ fn hysteresis(error: &[f64], predicted: &[f64]) -> f64 {
     (predicted_share(error, &behind, blocks) - predicted_share(error, &own, blocks)).max(0.0)
 }
 
-/// What follows a signal with play: it stays where it is while the signal moves by less than twice the half width.
+/// The output of a play: it stays constant while the signal moves by less than twice the half width.
 fn play(signal: &[f64], half_width: f64) -> Vec<f64> {
     let mut at = 0.0;
     let follow = |x: &f64| {

@@ -1,7 +1,7 @@
 //! The best linear approximation as a rational transfer function, its order chosen from the data.
 //!
-//! Started by the Steiglitz-McBride iteration, finished by Levenberg-Marquardt on the output error. For a Gaussian
-//! input its poles and zeros are those of both linear blocks together (Bussgang's theorem).
+//! The Steiglitz-McBride iteration gives the start, Levenberg-Marquardt then minimises the output error. For a Gaussian input its poles and
+//! zeros are those of both linear blocks together (Bussgang's theorem).
 
 use super::changes::{changes, greedy};
 use super::descent::{Minimum, Residuals, descend};
@@ -55,7 +55,7 @@ pub(in crate::identify) fn approximate(
     refitted(data, start(data, order)?, monitor)
 }
 
-/// The approximation with poles and numerator coefficients added and taken away while Schwarz's criterion falls.
+/// The approximation after adding and removing poles and numerator coefficients while Schwarz's criterion falls.
 pub(in crate::identify) fn restructured(data: &Signals, start: &Rational, monitor: &mut Monitor<'_>) -> Approximation {
     let mut data = data.clone();
     let mut best = Approximation {
@@ -71,7 +71,7 @@ pub(in crate::identify) fn restructured(data: &Signals, start: &Rational, monito
     })
 }
 
-/// The output error minimised from this system on.
+/// The minimum of the output error, started from this system.
 fn refitted(data: &Signals, structure: Rational, monitor: &mut Monitor<'_>) -> Option<Approximation> {
     let start = structure.parameters();
     let problem = OutputError { data, structure };
@@ -82,7 +82,7 @@ fn refitted(data: &Signals, structure: Rational, monitor: &mut Monitor<'_>) -> O
 }
 
 impl Approximation {
-    /// The structure with the parameters of a minimum.
+    /// The approximation of this structure at a minimum.
     fn new(structure: &Rational, minimum: &Minimum) -> Approximation {
         Approximation {
             system: structure.with(&minimum.parameters),

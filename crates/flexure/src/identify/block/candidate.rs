@@ -1,4 +1,4 @@
-//! A system and how well it does.
+//! A system and its error.
 
 use super::descent::{Minimum, descend_through};
 use super::efficient::efficient;
@@ -41,14 +41,14 @@ impl Candidate {
         self.bic(data) < than.bic(data)
     }
 
-    /// All free parameters fitted from where they are; unchanged if that fails.
+    /// The candidate after a fit of all free parameters from their present values; unchanged if the fit fails.
     pub fn fitted(self, data: &Signals, rule: StopRule, monitor: &mut Monitor<'_>) -> Candidate {
         let loss = Loss::new(self.system.clone(), data);
         let minimum = descend_through(&data.filter, &loss, loss.start(), rule, monitor);
         minimum.map_or(self, |minimum| Candidate::at(&loss, &minimum))
     }
 
-    /// The parameters by generalised least squares; `None` unless the error is coloured noise.
+    /// The candidate fitted by generalised least squares; `None` unless the error is coloured noise.
     pub fn fitted_efficiently(&self, data: &Signals, monitor: &mut Monitor<'_>) -> Option<Candidate> {
         let loss = Loss::new(self.system.clone(), data);
         Some(Candidate::at(&loss, &efficient(&loss, &loss.start(), monitor)?))
@@ -81,12 +81,12 @@ pub(in crate::identify) struct Tried {
     samples: usize,
     /// RMS of the simulation error there, relative to the output's standard deviation.
     relative_error: f64,
-    /// Schwarz's criterion there; smaller is better among those of as many samples.
+    /// Schwarz's criterion there; smaller is better, compared with systems on equally many samples.
     bic: f64,
 }
 
 impl Tried {
-    /// The system, if it was tried on these samples or as many.
+    /// The system, if it was tried on equally many samples.
     pub fn on(&self, data: &Signals) -> Option<Candidate> {
         (self.samples == data.counted()).then(|| Candidate::new(self.system.clone(), data))
     }
@@ -133,7 +133,7 @@ impl Tried {
         self.system.branches.iter().map(what).collect::<Vec<usize>>().into()
     }
 
-    /// The blocks followed by how well they do.
+    /// The blocks, followed by their scores.
     fn scored(&self, blocks: Values) -> Values {
         blocks.and([
             ("samples", self.samples.into()),

@@ -1,9 +1,9 @@
 //! One branch: linear, static, linear. Its starts are the poles and zeros of linear approximations, assigned to the front and to the
 //! back.
 //!
-//! Every split of the poles is tried, and the zeros are moved one by one while that helps (Sjoberg & Schoukens
-//! 2012 try all). A split is cheap to judge: with both blocks known up to scale, the nonlinearity is linear least
-//! squares on the intermediate signal's B-splines, filtered by the back.
+//! Every split of the poles is tried, and the zeros are moved one by one while that helps (Sjoberg & Schoukens 2012 try all). Judging a
+//! split is cheap: with both blocks known up to scale, the nonlinearity follows by linear least squares from the intermediate signal's
+//! B-splines, filtered by the back.
 
 use super::candidate::Candidate;
 use super::limits::{
@@ -37,7 +37,7 @@ pub(in crate::identify) fn splits(prepared: &Prepared, monitor: &mut Monitor<'_>
     candidates
 }
 
-/// The best system of one branch that the starts lead to, on data of unit variance and zero mean.
+/// The best system of one branch from all starts, on data of unit variance and zero mean.
 pub(in crate::identify) fn search(
     mut starts: Vec<Candidate>,
     free: FreeParts,
@@ -61,7 +61,7 @@ pub(in crate::identify) fn without_start(data: &Signals) -> SearchResult {
     }
 }
 
-/// The best candidate of every split of the poles (of the most promising ones, if there are very many), best first.
+/// The best candidate of every split of the poles, best first; with very many splits, only of the most promising ones.
 fn split(approximation: &Rational, data: &Signals) -> Vec<Candidate> {
     let roots = Roots {
         poles: groups(&approximation.poles()),
@@ -92,7 +92,7 @@ struct Roots<'a> {
     interrupt: Interrupt,
 }
 
-/// The bits of the poles and zeros that are in the front, and how well that does.
+/// The bits of the poles and zeros in the front, and the error of this split.
 struct Start {
     front_poles: usize,
     front_zeros: usize,
@@ -100,7 +100,7 @@ struct Start {
 }
 
 impl Roots<'_> {
-    /// `None` for what cannot be fitted, and where the work is asked to stop.
+    /// `None` if it cannot be fitted, or if the work is asked to stop.
     fn judge(&self, front_poles: usize, front_zeros: usize) -> Option<Candidate> {
         if self.interrupt.is_requested() {
             return None;
@@ -112,7 +112,7 @@ impl Roots<'_> {
         fit_nonlinearity(part(true), part(false), self.data)
     }
 
-    /// All zeros in the front, and all in the back.
+    /// Two starts: all zeros in the front, or all in the back.
     fn starts(&self, front_poles: usize) -> Vec<Start> {
         let mut ends = vec![(1_usize << self.zeros.len()) - 1, 0];
         ends.dedup();
@@ -161,7 +161,7 @@ pub(in crate::identify) fn fit_nonlinearity(mut front: Rational, back: Rational,
     refitted(&system, Part::Branch(0), &breakpoints, data)
 }
 
-/// Scales a front so that what leaves it has unit variance, and returns that; `None` where it does not vary.
+/// Scales a front so that its output has unit variance, and returns this output; `None` if it does not vary.
 pub(super) fn with_unit_variance(front: &mut Rational, data: &Signals) -> Option<Vec<f64>> {
     let w = front.run(data.input());
     let spread = variance(&w[data.from..]).sqrt();

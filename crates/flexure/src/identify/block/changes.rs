@@ -5,7 +5,7 @@ use super::rational::{Rational, Root, Section, groups, with_conjugates};
 use super::system::{Branch, FreeParts, System};
 use crate::linear::Complex;
 
-/// Systems with one change of a linear block or of a delay, that start where `system` is (or nearly, where something was removed).
+/// Systems with one change of a linear block or of a delay. They start from `system`, or near it if something was removed.
 pub(super) fn neighbours(system: &System, free: FreeParts) -> Vec<System> {
     let each = system.branches.iter().enumerate();
     each.flat_map(|(i, branch)| {
@@ -20,7 +20,7 @@ pub(super) fn neighbours(system: &System, free: FreeParts) -> Vec<System> {
 
 /// Branches with one change.
 fn branches(branch: &Branch, free: FreeParts) -> Vec<Branch> {
-    // Of a second instant the numerators are its own, which another delay would shift as well.
+    // A second instant has its own numerators, and a change of the delay would have to shift these too.
     let moves = free.delay && branch.between.is_none();
     let near = |g: &Rational| match moves {
         true => with_delays(g, branch.delay),
@@ -48,27 +48,27 @@ fn branches(branch: &Branch, free: FreeParts) -> Vec<Branch> {
     all
 }
 
-/// All changes of a linear block behind a delay, and of the delay.
+/// All changes of a linear block after a delay, and of the delay.
 fn with_delays(g: &Rational, delay: usize) -> Vec<(Rational, usize)> {
     let same = changes(g).into_iter().map(|g| (g, delay));
     same.chain(other_delays(g, delay)).collect()
 }
 
-/// The same where all of the linear dynamics are in this block: with a pole that goes over into the numerator besides.
+/// The same if all linear dynamics are in this block: in addition, a pole may be absorbed by the numerator.
 pub(in crate::identify) fn linear_parts(g: &Rational, delay: usize) -> Vec<(Rational, usize)> {
     let mut all = with_delays(g, delay);
     all.extend(without_fastest(g).map(|g| (g, delay)));
     all
 }
 
-/// A linear block with a sample of delay before it more or less.
+/// A linear block with one sample more or less of delay before it.
 fn other_delays(g: &Rational, delay: usize) -> impl Iterator<Item = (Rational, usize)> {
     let later = (g.b.len() > 1).then(|| (g.with_numerator(g.b[1..].to_vec()), delay + 1));
     let earlier = (delay > 0).then(|| (g.with_numerator([&[0.0], &g.b[..]].concat()), delay - 1));
     later.into_iter().chain(earlier)
 }
 
-/// The change of the smallest score, over and over, while the score falls.
+/// Repeats the change with the smallest score while the score falls.
 pub(in crate::identify) fn greedy<T>(
     mut best: T,
     score: impl Fn(&T) -> f64,
@@ -92,7 +92,7 @@ pub(super) fn changes(g: &Rational) -> Vec<Rational> {
         .collect()
 }
 
-/// One numerator coefficient more, zero.
+/// With one more numerator coefficient, zero.
 fn longer(g: &Rational) -> Option<Rational> {
     let has_place = g.b.len() <= g.order() + LONGEST_NUMERATOR;
     has_place.then(|| g.with_numerator([&g.b[..], &[0.0]].concat()))
@@ -104,7 +104,7 @@ fn shorter(g: &Rational) -> Option<Rational> {
     Some(g.with_numerator(others.to_vec()))
 }
 
-/// One more pole and zero, both at the origin.
+/// With one more pole and zero, both at the origin.
 fn with_pole(g: &Rational) -> Option<Rational> {
     if g.order() >= MOST_POLES {
         return None;
@@ -117,7 +117,7 @@ fn with_pole(g: &Rational) -> Option<Rational> {
     Some(next)
 }
 
-/// A real pole in place of the numerator's last coefficients, which fall as its response does: the reverse of [`without_fastest`].
+/// With a real pole in place of the numerator's last coefficients, which decay like its response: the reverse of [`without_fastest`].
 fn with_pole_for_tail(g: &Rational) -> Option<Rational> {
     let [.., _, before, last] = g.b[..] else { return None };
     let pole = last / before;
@@ -150,7 +150,7 @@ fn cancelled(g: &Rational) -> Option<Rational> {
     Some(next)
 }
 
-/// All roots but that of this index, with conjugates.
+/// All roots except the one of this index, with conjugates.
 fn without(roots: &[Root], index: usize) -> Vec<Complex<f64>> {
     let rest = roots.iter().enumerate().filter(|(i, _)| *i != index);
     with_conjugates(rest.map(|(_, root)| root))
@@ -158,8 +158,8 @@ fn without(roots: &[Root], index: usize) -> Vec<Complex<f64>> {
 
 /// Removes the fastest real pole. The numerator takes over the first samples of its response.
 ///
-/// Other poles are removed together with a zero. A pole near the origin stands for a numerator coefficient, and the system has no
-/// zero to spare for it.
+/// Other poles are removed together with a zero. A pole near the origin stands for a numerator coefficient, so there is no zero to remove
+/// with it.
 fn without_fastest(g: &Rational) -> Option<Rational> {
     let all = groups(&g.poles());
     let real = all.iter().enumerate().filter(|(_, p)| !p.pair);

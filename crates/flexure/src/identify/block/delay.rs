@@ -1,5 +1,5 @@
-//! Delays: the lags whose coefficients are zero in a difference equation; before nonlinearities, the lag at which the equation error of
-//! a low order is least (Ljung 1999, section 14.5).
+//! Delays: the lags with zero coefficients in a difference equation; before nonlinearities, the lag with the least equation error of a low
+//! order (Ljung 1999, section 14.5).
 
 use super::least_squares::{UnitDiagonal, least_squares, regression};
 use super::limits::{
@@ -11,17 +11,17 @@ use super::spline::KinkedSpline;
 use crate::distributions::chi_squared_quantile;
 use crate::linalg;
 
-/// The delay of every input of a linear system: the most leading coefficients that are zero together, as far as a test can see.
+/// The delay of every input of a linear system: the largest number of leading coefficients that a test finds to be zero together.
 pub(in crate::identify) fn linear_delays(data: &Signals) -> Vec<usize> {
     delays_with_edge(data, 0.0)
 }
 
-/// The delay of the first input, distinguished by its edge from a response that only begins slowly: the first coefficient behind it stands out.
+/// The delay of the first input. Its edge distinguishes it from a response that begins slowly: the first coefficient after it is large.
 pub(in crate::identify) fn delay_with_edge(data: &Signals) -> usize {
     delays_with_edge(data, DELAY_EDGE).first().map_or(0, |delay| *delay)
 }
 
-/// Delays behind which the first coefficient is at least so many of its standard errors.
+/// Delays after which the first coefficient is at least `edge` standard errors.
 fn delays_with_edge(data: &Signals, edge: f64) -> Vec<usize> {
     let far = |u: &Vec<f64>| long_delay(u, data);
     let first: Vec<usize> = data.u.iter().map(far).collect();
@@ -40,7 +40,7 @@ fn long_delay(u: &[f64], data: &Signals) -> usize {
     least.saturating_sub(LINEAR_DELAY_SLACK)
 }
 
-/// The coefficients behind the lags `first` that are zero, in a difference equation that leaves nearly white errors.
+/// The numbers of zero coefficients after the lags `first`, in a difference equation that leaves nearly white errors.
 fn leading_zeros(data: &Signals, first: &[usize], edge: f64) -> Option<Vec<usize>> {
     let each = data.u.iter().zip(first);
     let lags = each.flat_map(|(u, first)| (0..DELAY_LAGS).map(move |k| delayed(u, first + k, 1.0)));
@@ -69,7 +69,7 @@ fn leading_zeros(data: &Signals, first: &[usize], edge: f64) -> Option<Vec<usize
     let of = |i: usize| {
         let start = i * DELAY_LAGS;
         let zeros = (1..=DELAY_LAGS).take_while(|count| zero(start, *count)).count();
-        // All of them zero: nothing is seen of this input.
+        // All coefficients are zero: this input has no visible effect.
         if zeros == DELAY_LAGS {
             return 0;
         }
@@ -84,7 +84,8 @@ fn leading_zeros(data: &Signals, first: &[usize], edge: f64) -> Option<Vec<usize
     Some((0..first.len()).map(of).collect())
 }
 
-/// The lag, up to 100 samples and a tenth of the record, at which least squares of the output over these columns leave least.
+/// The lag, up to 100 samples and a tenth of the record, at which the least squares of the output over these columns have the smallest
+/// error.
 pub(in crate::identify) fn least_lag(data: &Signals, columns: impl Fn(usize) -> Vec<Vec<f64>>) -> usize {
     let mut least = (0, f64::INFINITY);
     for lag in 0..=LONGEST_DELAY.min(data.counted() / 10) {
@@ -96,7 +97,7 @@ pub(in crate::identify) fn least_lag(data: &Signals, columns: impl Fn(usize) -> 
     least.0
 }
 
-/// The delay of every input: the lag at which an equation error of low order with its splines is least, less some slack.
+/// The delay of every input: the lag with the least equation error of a low order with the input's splines, less some slack.
 pub(in crate::identify) fn delays(data: &Signals) -> Vec<usize> {
     let data = data.head(SPLINE_DELAY_SAMPLES);
     let past = (1..=SPLINE_DELAY_ORDER).map(|i| delayed(&data.y, i, -1.0));

@@ -1,8 +1,8 @@
 //! Levenberg-Marquardt with geodesic acceleration (Transtrum & Sethna 2012).
 //!
-//! The sum of squares of linear blocks around a nonlinearity has long, curved valleys. A static nonlinearity commutes with a
-//! delay, so that the front and the back can exchange any delay that their poles and zeros imitate. A second-order correction,
-//! from one more residual along the step, follows such a valley several times faster.
+//! The sum of squares of linear blocks around a nonlinearity has long, curved valleys. A static nonlinearity commutes with a delay, so the
+//! front and the back can exchange any delay that their poles and zeros imitate. A second-order correction, from one more residual along
+//! the step, follows such a valley several times faster.
 
 use super::least_squares::{UnitDiagonal, inner_products, normal_equations};
 use super::limits::{FIRST_DAMPING, LARGEST_CORRECTION, MOST_REJECTIONS, PROBED_SHARE, SMALLEST_DAMPING, StopRule};
@@ -16,7 +16,7 @@ use crate::parallel;
 pub(in crate::identify) trait Residuals {
     /// The first residual that counts.
     fn from(&self) -> usize;
-    /// All residuals; `None` where the parameters are not admissible.
+    /// All residuals; `None` if the parameters are not admissible.
     fn residuals(&self, parameters: &[f64]) -> Option<Vec<f64>>;
     /// All residuals and the columns of their derivatives.
     fn linearise(&self, parameters: &[f64]) -> Linearisation;
@@ -30,7 +30,8 @@ pub(in crate::identify) struct Minimum {
     pub squares: f64,
 }
 
-/// Minimises the sum of squared residuals from `start` on. `monitor` is asked before every step. `None` if `start` is not admissible.
+/// Minimises the sum of squared residuals, starting from `start`. `monitor` is asked before every step. `None` if `start` is not
+/// admissible.
 pub(in crate::identify) fn descend(
     problem: &impl Residuals,
     start: Vec<f64>,
@@ -87,7 +88,7 @@ pub(in crate::identify) fn descend(
     })
 }
 
-/// Residuals through an autoregression, to be minimised as those without it.
+/// Residuals filtered by an autoregression, as a problem for the same minimisation.
 pub(in crate::identify) struct Whitened<'a, P> {
     pub problem: &'a P,
     /// Monic, in powers of the delay.
@@ -132,14 +133,14 @@ impl<P> Whitened<'_, P> {
     }
 }
 
-/// All that is known about a point.
+/// A point with its linearisation.
 struct Point {
     equations: NormalEquations,
     at: Linearisation,
 }
 
 impl Point {
-    /// A damped step with its correction, and the fall that it promises without this; `None` if it is too long to be trusted.
+    /// A damped step with its correction, and the predicted decrease without the correction; `None` if the step is too long to be trusted.
     fn step(&self, problem: &impl Residuals, at: &[f64], damping: f64) -> Option<Step> {
         let system = UnitDiagonal::new(&self.equations);
         let solve = |rhs: &[f64]| system.solve(rhs, |_| 1.0 + damping);

@@ -1,13 +1,13 @@
-//! From least squares to generalised least squares, where the error is coloured noise.
+//! From least squares to generalised least squares, if the error is coloured noise.
 //!
-//! Least squares minimises the simulation error. Under coloured noise that is consistent but not efficient: the estimate's own error
-//! is larger than necessary, most of all where the input is weak. Least squares of the error after the autoregression that whitens
-//! it (Ljung 1999, section 15.2; Aitken 1936) is efficient. Only of efficient estimates is it true that each parameter costs one noise
-//! variance on fresh data ([`Estimated`](crate::validation::Estimated)).
+//! Least squares minimises the simulation error. Under coloured noise this is consistent but not efficient: the estimation error is larger
+//! than necessary, most of all if the input is weak. Least squares of the error after the autoregression that whitens it (Ljung 1999,
+//! section 15.2; Aitken 1936) is efficient. Only for efficient estimates, each parameter costs one noise variance on fresh data
+//! ([`Estimated`](crate::validation::Estimated)).
 //!
 //! A coloured error may also come from dynamics that the structure lacks. The whitened estimate then differs from the one that is best
-//! for simulation. The test of Hausman (1978) decides: for a true model both estimates are consistent, and they differ by no more
-//! than their covariances allow. Where they differ by more, least squares stays.
+//! for simulation. The test of Hausman (1978) decides: for a true model both estimates are consistent, and they differ by no more than
+//! their covariances allow. If they differ by more, the least-squares estimate is kept.
 
 use super::descent::{Minimum, Residuals, Whitened, descend};
 use super::least_squares::{UnitDiagonal, normal_equations};
@@ -20,7 +20,7 @@ use crate::linear::levenberg_marquardt::Linearisation;
 use crate::parallel;
 
 /// The parameters of generalised least squares, started from those of least squares, and their sum of squared simulation errors.
-/// `None` where `at` is kept: its error is white, or the sum rises by more than two estimates of one true model differ.
+/// `None` if `at` is kept: its error is white, or the sum rises by more than a true model would explain.
 pub(in crate::identify) fn efficient(
     problem: &impl Residuals,
     at: &[f64],
@@ -46,14 +46,14 @@ pub(in crate::identify) fn efficient(
     })
 }
 
-/// The autoregression that whitens the residuals of a problem; `None` where they are white.
+/// The autoregression that whitens the residuals of a problem; `None` if they are white.
 pub(in crate::identify) fn whitening_filter(problem: &impl Residuals, residuals: &[f64]) -> Option<Vec<f64>> {
     let filter = whitening(&residuals[problem.from()..], SAMPLES_PER_COEFFICIENT);
     (filter.len() > 1).then_some(filter)
 }
 
 impl<P> Whitened<'_, P> {
-    /// Columns coloured as the error is.
+    /// Columns with the colour of the error.
     pub fn coloured(&self, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let colour = TransferFunction::monic(vec![1.0], self.filter[1..].to_vec());
         parallel::batch(columns, |column| colour.simulate(column))
@@ -61,8 +61,8 @@ impl<P> Whitened<'_, P> {
 }
 
 impl<P: Residuals> Whitened<'_, P> {
-    /// How much the sum of squared simulation errors of a true model may rise from least squares, which ended in `at`, to
-    /// generalised least squares; `None` if a Gauss-Newton step already rises by more.
+    /// For a true model: how much the sum of squared simulation errors may rise from least squares (which ended in `at`) to generalised
+    /// least squares; `None` if a Gauss-Newton step already rises by more.
     ///
     /// The rise is d'Gd, with G = J'J and the estimates' difference d. Its covariance is that of least squares less that of
     /// the efficient estimate, $\sigma^2 (G^{-1} M G^{-1} - W^{-1})$ with the normal matrices M of the columns coloured as the

@@ -15,22 +15,22 @@ pub(in crate::identify) struct EquationError<'a> {
     pub from: usize,
 }
 
-/// Something that a pass of the iteration leads to, and how good it is: smaller is better.
+/// The result of a pass of the iteration, and its score: smaller is better.
 pub(in crate::identify) struct Judged<T> {
     pub score: f64,
     pub of: T,
 }
 
-/// What a pass leads to, and 1 over its denominator.
+/// The result of a pass, and 1 over its denominator.
 struct Pass<T> {
     judged: Judged<T>,
     denominator: Rational,
 }
 
 impl EquationError<'_> {
-    /// The best among the passes of the Steiglitz-McBride iteration: least squares of the equation error of the signals filtered by the
-    /// last denominator, over and over. `judge` takes the numerators, one signal after the other, and 1 over the denominator, and
-    /// ends the iteration by `None`.
+    /// The best among the passes of the Steiglitz-McBride iteration: repeated least squares of the equation error, with the signals
+    /// filtered by the last denominator. `judge` takes the numerators, one signal after the other, and 1 over the denominator; it ends the
+    /// iteration by `None`.
     pub fn best<T>(&self, passes: usize, judge: impl Fn(&[f64], &Rational) -> Option<Judged<T>>) -> Option<Judged<T>> {
         let mut best: Option<Judged<T>> = None;
         let mut filter = Rational::pass();

@@ -1,14 +1,13 @@
-//! Hammerstein branches, one or several for each input, whose sum passes a last nonlinearity or none.
+//! Hammerstein branches, one or several for each input, whose sum passes a last nonlinearity, or is the output.
 //!
 //! The [Hammerstein-Wiener](crate::identify::HAMMERSTEIN_WIENER) system (one branch), the
 //! [one with several inputs](crate::identify::MULTIPLE_INPUTS) and the [sum of branches](crate::identify::PARALLEL) (both without a
 //! last nonlinearity) start here.
 //!
 //! With coarse splines the sum of Hammerstein branches is linear in its (too many) parameters: a system from the B-splines of
-//! all inputs to the output with one denominator, found by the Steiglitz-McBride iteration. The numerators of an input's splines
-//! are then one polynomial times the spline's coefficient, of which the dominant singular vectors are taken (Bai 1998). A last
-//! nonlinearity only turns up as a gain and as noise that is uncorrelated with the sum, exactly so where the sum is Gaussian
-//! (Bussgang's theorem).
+//! all inputs to the output with one denominator, found by the Steiglitz-McBride iteration. The numerators of an input's splines are one
+//! polynomial times the spline's coefficient, so the dominant singular vectors are taken (Bai 1998). A last nonlinearity acts only as a
+//! gain and as noise that is uncorrelated with the sum; this is exact for a Gaussian sum (Bussgang's theorem).
 
 use super::approximation::approximate;
 use super::candidate::Candidate;
@@ -38,7 +37,7 @@ pub(in crate::identify) fn find(data: &Signals, last: bool, monitor: &mut Monito
     search.run(starts, &BRANCHES_ROUNDS, &data)
 }
 
-/// Candidates of rising orders, best first, until Schwarz's criterion of the best of an order has risen several times in a row.
+/// Candidates of rising orders, best first, until the best criterion (Schwarz) of an order has risen several times in a row.
 pub(super) fn of_rising_orders(
     data: &Signals,
     search: &mut Search<'_, '_>,
@@ -80,7 +79,7 @@ fn starts(data: &Signals, last: bool, search: &mut Search<'_, '_>) -> Vec<Candid
     })
 }
 
-/// A straight line, then the best linear approximation: where a Wiener system lies. Only for one input.
+/// A straight line, then the best linear approximation: a start for Wiener systems. Only for one input.
 fn linear(data: &Signals, order: usize, delays: &[usize], monitor: &mut Monitor<'_>) -> Option<Candidate> {
     let ([u], [delay]) = (&data.u[..], delays) else {
         return None;
@@ -96,7 +95,7 @@ fn linear(data: &Signals, order: usize, delays: &[usize], monitor: &mut Monitor<
     Some(Candidate::new(System::with_offsets(vec![branch]), data))
 }
 
-/// The result where there is no start: a constant, with a branch that does nothing if there is a last nonlinearity.
+/// The result if there is no start: a constant, with a branch without effect if there is a last nonlinearity.
 pub(in crate::identify) fn without_start(last: bool) -> SearchResult {
     let branch = Branch::new(Rational::pass(), KinkedSpline::new(&[-1.0, 1.0]), Rational::pass());
     SearchResult {
@@ -131,7 +130,7 @@ pub(super) fn branches(data: &Signals, order: usize, delays: &[usize], each: usi
 struct Input {
     delay: usize,
     spline: KinkedSpline,
-    /// All B-splines but the middle one.
+    /// All B-splines except the middle one.
     columns: Vec<Vec<f64>>,
 }
 
@@ -146,7 +145,7 @@ impl Input {
     }
 }
 
-/// The branches whose numerators are the dominant parts of these, `each` of every input.
+/// The branches with the dominant parts of these numerators, `each` for every input.
 fn assembled(
     inputs: &[Input],
     mut numerators: &[f64],
@@ -172,7 +171,7 @@ fn assembled(
     Some(System::with_offsets(branches))
 }
 
-/// The system with the offset that leaves no mean error.
+/// The system with the offset that makes the mean error zero.
 fn with_offset(mut system: System, data: &Signals) -> System {
     let output = system.run(&data.u);
     let errors = data.y.iter().zip(&output).skip(data.from).map(|(y, p)| y - p);

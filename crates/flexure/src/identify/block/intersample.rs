@@ -1,4 +1,4 @@
-//! The intermediate signal between the samples, and how the back takes it up.
+//! The intermediate signal between the samples, and how the back uses it.
 
 use super::limits::INTERPOLATION_REACH;
 use std::f64::consts::PI;
@@ -10,10 +10,10 @@ use super::system::{Between, System};
 
 /// The first branch with a second instant half-way between the samples.
 ///
-/// The front's numerator for that instant is the one whose output is nearest to the interpolated intermediate signal. The back's
-/// numerators for both instants are those that fit the output best.
+/// The front's numerator for that instant fits the interpolated intermediate signal best. The back's numerators for both instants fit the
+/// output best.
 ///
-/// `None` on a record too short to interpolate, or where the least squares have no solution.
+/// `None` if the record is too short to interpolate, or if the least squares have no solution.
 pub(super) fn with_instant_between(system: &System, data: &Signals) -> Option<Candidate> {
     let s = system.branches.first()?;
     let n = data.y.len().checked_sub(INTERPOLATION_REACH)?;
@@ -22,7 +22,7 @@ pub(super) fn with_instant_between(system: &System, data: &Signals) -> Option<Ca
     }
     let all_pole = s.front.all_pole(&s.delayed(&data.u));
     let target = half_a_sample_later(&convolved(&s.front.b, &all_pole));
-    // Half a sample more reaches one further back.
+    // An instant half a sample later needs one more coefficient.
     let columns: Vec<Vec<f64>> = (0..s.front.b.len().max(s.front.order() + 1))
         .map(|i| delayed(&all_pole[..n], i, 1.0))
         .collect();
@@ -71,7 +71,7 @@ mod tests {
             let want = wave(t as f64 + 0.5);
             assert!((late[t] - want).abs() < 1e-4, "{t}: {} {want}", late[t]);
         }
-        // At the ends, the series without the samples that are not there.
+        // At the ends, the series leaves out missing samples.
         let tap = |distance: f64| {
             let window = (0.5 * PI * distance / INTERPOLATION_REACH as f64).cos().powi(2);
             window * (PI * distance).sin() / (PI * distance)

@@ -1,8 +1,7 @@
-//! Kinks of a nonlinearity: points at which the data show that its slope changes at once.
+//! Kinks of a nonlinearity: points at which, according to the data, its slope changes at once.
 //!
-//! A cubic spline rounds the ends of a dead zone or of a limiter off, over the width of a piece. A kink is a term
-//! $b\,(w - \kappa)_+$ besides the spline, whose place and bend are fitted with all the rest. Where kinks take over
-//! what pieces were there for, fewer pieces do.
+//! A cubic spline rounds the ends of a dead zone or of a limiter off, over the width of a piece. A kink is a term $b\,(w - \kappa)_+$ in
+//! addition to the spline; its place and bend are fitted with all other parameters. With kinks, fewer pieces are enough.
 
 use super::candidate::Candidate;
 use super::limits::{
@@ -15,7 +14,7 @@ use super::spline::Kink;
 use super::system::{Part, System};
 
 impl Search<'_, '_> {
-    /// With kinks in every nonlinearity that the data show them in, one after the other.
+    /// Adds kinks to every nonlinearity in which the data show them, one after the other.
     pub(super) fn kinked(&mut self, mut best: Candidate, data: &Signals) -> Candidate {
         for part in best.system.parts() {
             best = self.kinked_part(best, part, data);
@@ -57,7 +56,7 @@ impl Search<'_, '_> {
         kinked
     }
 
-    /// One kink more, and one more, while Schwarz's criterion falls; `None` if none lowers it.
+    /// Adds kinks one by one while Schwarz's criterion falls; `None` if none lowers it.
     fn with_kinks(&mut self, start: Candidate, part: Part, data: &Signals) -> Option<Candidate> {
         let (mut best, mut found) = (start, false);
         while kinks(&best.system, part).len() < MOST_KINKS && self.monitor.keep_on() {
@@ -78,7 +77,7 @@ fn kinks(system: &System, part: Part) -> &[Kink] {
     system.spline(part).map_or(&[], |spline| &spline.kinks)
 }
 
-/// A kink more, at the place at which it does most while the linear blocks stay.
+/// Adds a kink at the place where it helps most with unchanged linear blocks.
 fn with_kink(system: &System, part: Part, data: &Signals) -> Option<Candidate> {
     let sorted = sorted(system.entering(part, data));
     let breakpoints = system.spline(part)?.breakpoints();
@@ -96,7 +95,7 @@ fn with_kink(system: &System, part: Part, data: &Signals) -> Option<Candidate> {
     with(at, data)
 }
 
-/// Whether there are samples on either side of every kink, and between them.
+/// Whether there are samples on either side of all kinks, and between them.
 fn determined(system: &System, part: Part, data: &Signals) -> bool {
     let sorted_in = sorted(system.entering(part, data));
     let places = sorted(kinks(system, part).iter().map(|k| k.at).collect());
@@ -133,7 +132,7 @@ mod tests {
         Rational::from_polynomials(vec![0.6, 0.2], &[1.0, -0.5]).unwrap()
     }
 
-    /// What the search makes of a curve behind [`front`], with noise of 0.05.
+    /// The result of the search for a curve after [`front`], with noise of 0.05.
     fn found(curve: fn(f64) -> f64, seed: u64) -> (Vec<f64>, Branch) {
         let u = normal(3000, seed);
         let w = front().run(&u);
@@ -149,7 +148,7 @@ mod tests {
         let mut search = Search::new(FreeParts::WIENER, &mut monitor);
         let start = search.pieces(start, &data);
         let found = search.kinked(start, &data).system.branches.swap_remove(0);
-        // Of the front only the ratio of the coefficients is determined.
+        // Only the ratio of the front's coefficients is determined.
         let gain = found.front.static_gain() / front().static_gain();
         let mut places: Vec<f64> = found.spline.kinks.iter().map(|k| k.at / gain).collect();
         places.sort_unstable_by(f64::total_cmp);

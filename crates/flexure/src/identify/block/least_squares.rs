@@ -1,4 +1,4 @@
-//! Linear least squares over long columns: inner products in chunks that threads share without changing the sums, and normal
+//! Linear least squares over long columns: inner products in fixed chunks, so that the sums do not depend on the threads, and normal
 //! equations scaled to a unit diagonal.
 
 use super::limits::{CACHE_BLOCK, CHUNK, FIRST_RIDGE, INVERSE_RIDGES, LARGEST_RIDGE};
@@ -42,13 +42,13 @@ pub(in crate::identify) fn normal_equations(residuals: &[f64], jacobian: &[Vec<f
     }
 }
 
-/// Coefficients of columns and the sum of squares that they leave.
+/// Coefficients of columns and the remaining sum of squares.
 pub(in crate::identify) struct LeastSquares {
     pub coefficients: Vec<f64>,
     pub squares: f64,
 }
 
-/// The least squares of `y` over the columns from sample `from` on, slightly damped where the columns nearly depend on one another.
+/// The least squares of `y` over the columns from sample `from` on, slightly damped if the columns are nearly dependent.
 pub(in crate::identify) fn least_squares(y: &[f64], columns: &[Vec<f64>], from: usize) -> Option<LeastSquares> {
     let equations = regression(y, columns, from);
     let scaled = UnitDiagonal::new(&equations);
@@ -71,7 +71,7 @@ fn ridges() -> impl Iterator<Item = f64> {
     std::iter::successors(Some(FIRST_RIDGE), |ridge| Some(100.0 * ridge))
 }
 
-/// A normal matrix scaled to a unit diagonal, for the factorisation's sake.
+/// A normal matrix, scaled to a unit diagonal for a stable factorisation.
 pub(in crate::identify) struct UnitDiagonal {
     matrix: Vec<f64>,
     pub scale: Vec<f64>,
@@ -109,8 +109,7 @@ impl UnitDiagonal {
         linalg::inverse_positive_definite(&self.with_diagonal(|d| d + ridge), self.scale.len())
     }
 
-    /// The inverse in its own scale, row-major; of a nearly singular matrix, that with a slightly larger diagonal. `None` where a
-    /// column is zero.
+    /// The inverse in its own scale, row-major; a nearly singular matrix first gets a slightly larger diagonal. `None` if a column is zero.
     pub fn inverse(&self) -> Option<Vec<f64>> {
         let n = self.scale.len();
         if !(0..n).all(|i| self.matrix[i * n + i] > 0.0) {

@@ -1,6 +1,6 @@
 //! Every threshold of the block structures' search, in the order of its steps.
 //!
-//! Where no source is given, the value was chosen on random systems other than those that the examples report
+//! Values without a source were chosen on random systems other than those that the examples report
 //! (`examples/wiener_hammerstein.rs`, `parallel.rs`, `structures`). A convention is a choice that no reference or measurement decided.
 
 use std::ops::RangeInclusive;
@@ -32,12 +32,12 @@ impl StopRule {
 pub struct Round {
     /// Samples.
     pub samples: usize,
-    /// The best of the last round that take part.
+    /// How many of the best from the last round take part.
     pub kept: usize,
-    /// Pieces of every nonlinearity; `None` for those that are there.
+    /// Pieces of every nonlinearity; `None` keeps the present ones.
     pub pieces: Option<usize>,
     pub rule: StopRule,
-    /// Whether the fits go on the list of what was tried.
+    /// Whether the fits are added to the list of tried systems.
     pub listed: bool,
 }
 
@@ -45,15 +45,15 @@ pub struct Round {
 
 /// At most this many samples, the last ones, are fitted; more only cost memory.
 pub const MOST_SAMPLES: usize = 200_000;
-/// Samples that do not count while the settling time is not known.
+/// Samples that do not count as long as the settling time is unknown.
 pub const SETTLING_UNKNOWN: usize = 500;
-/// Samples that starts are made on.
+/// Samples for the starts.
 pub const START_SAMPLES: usize = 5_000;
-/// Samples that the structure is chosen on.
+/// Samples for the choice of the structure.
 pub const STRUCTURE_SAMPLES: usize = 20_000;
 
-/// Lags of the errors' autocorrelation, from which the number of independent errors follows, and the fewest independent errors that are
-/// assumed. Conventions.
+/// Lags of the errors' autocorrelation, which gives the number of independent errors, and the fewest independent errors that are assumed.
+/// Conventions.
 pub const ERROR_LAGS: usize = 100;
 pub const FEWEST_ERRORS: f64 = 20.0;
 
@@ -72,25 +72,25 @@ pub const EFFICIENT: StopRule = StopRule::new(20, 1e-7);
 /// Damping of the first step, relative to the normal equations' diagonal, and the smallest. Conventions.
 pub const FIRST_DAMPING: f64 = 1e-3;
 pub const SMALLEST_DAMPING: f64 = 1e-13;
-/// Rejected steps in a row before a minimisation is over. Convention; each is damped more than the one before.
+/// A minimisation ends after this many rejected steps in a row. Convention; each is damped more than the one before.
 pub const MOST_REJECTIONS: usize = 12;
-/// The share of a step over which the second derivative is taken, and the largest share of the step that the correction may be: beyond,
-/// the step is too long (Transtrum & Sethna 2012).
+/// The share of a step over which the second derivative is taken, and the largest correction as a share of the step: with a larger one, the
+/// step is too long (Transtrum & Sethna 2012).
 pub const PROBED_SHARE: f64 = 0.1;
 pub const LARGEST_CORRECTION: f64 = 0.75;
-/// The probability that a true model keeps its least-squares estimate. It is small: the models that keep it are those with the
-/// largest errors, and a rise of the simulation error within chance costs little.
+/// The probability that a true model keeps its least-squares estimate. It is small: such models are those with the largest errors, and a
+/// rise of the simulation error within chance costs little.
 pub const EFFICIENT_LEVEL: f64 = 1e-4;
 
 /// Samples that a thread takes at a time. It is fixed, so that sums do not depend on the number of threads.
 pub const CHUNK: usize = 4096;
 /// Samples of all columns that are multiplied at a time, few enough for the processor's cache.
 pub const CACHE_BLOCK: usize = 256;
-/// Added to a unit diagonal where columns nearly depend on one another: from the first, some hundred times rounding, to the
-/// largest, each 100 times the one before.
+/// Added to a unit diagonal if columns are nearly dependent: from the first (some hundred times rounding) to the largest, each 100 times
+/// the one before.
 pub const FIRST_RIDGE: f64 = 1e-13;
 pub const LARGEST_RIDGE: f64 = 1e-3;
-/// Ridges that an inverse is tried with. Convention.
+/// How many ridges are tried for an inverse. Convention.
 pub const INVERSE_RIDGES: usize = 4;
 /// Power iterations for the dominant singular vectors. Convention.
 pub const POWER_ITERATIONS: usize = 60;
@@ -101,11 +101,11 @@ pub const POWER_ITERATIONS: usize = 60;
 pub const TINY_INPUT: f64 = 1e-100;
 /// Roots with a smaller imaginary part, relative to their size, are real. Square root of rounding, rounded up.
 pub const REAL_ROOT: f64 = 1e-9;
-/// A static gain passes hardly anything of a constant if it is below this share of what it would be if all numerator coefficients
-/// had one sign. Convention.
+/// A system hardly passes a constant if its static gain is below this share of the gain with numerator coefficients of one sign.
+/// Convention.
 pub const HARDLY_PASSED: f64 = 1e-3;
-/// A static gain below this share of the peak gain does not fix the scale. Convention: the blocks' scale would be ten times that of
-/// their largest values. `hammerstein/limits.rs` has another share, of the impulse response's absolute sum.
+/// A static gain below this share of the peak gain does not fix the scale. Convention: the blocks' scale would be ten times their largest
+/// values. `hammerstein/limits.rs` has another limit, relative to the impulse response's absolute sum.
 pub const NO_STATIC_GAIN: f64 = 0.1;
 /// Frequencies at which the peak gain is looked for. Convention.
 pub const GAIN_FREQUENCIES: usize = 1024;
@@ -114,19 +114,19 @@ pub const GAIN_FREQUENCIES: usize = 1024;
 
 /// The longest delay that is looked for. Convention.
 pub const LONGEST_DELAY: usize = 100;
-/// Order of the search for a long delay of a linear system, and the samples by which it stays shorter, for the numerators.
+/// Order of the search for a long delay of a linear system, and the samples that are subtracted from it, for the numerators.
 pub const LINEAR_DELAY_ORDER: usize = 3;
 pub const LINEAR_DELAY_SLACK: usize = 6;
-/// Past outputs and past samples of every input in the equation error that delays are seen in.
+/// Past outputs and past samples of every input in the equation error that shows delays.
 pub const DELAY_PAST: usize = 10;
 pub const DELAY_LAGS: usize = 10;
-/// The probability that coefficients before the delay, all of which are zero, are taken for something. Convention.
+/// The probability that the coefficients before the delay, which are all zero, are taken for a response. Convention.
 pub const DELAY_LEVEL: f64 = 0.001;
-/// Standard errors of the first coefficient behind a delay. A smaller one may be the slow beginning of a response without a delay, as that of
-/// the circuit of 2009. Convention.
+/// The least size of the first coefficient after a delay, in standard errors. A smaller one may be the slow beginning of a response without
+/// a delay, as in the circuit of 2009. Convention.
 pub const DELAY_EDGE: f64 = 10.0;
-/// Samples, order and pieces of the search for delays before nonlinearities, and the samples by which they stay shorter. The samples
-/// are fewer than for a linear system: its equations have more columns.
+/// Samples, order and pieces of the search for delays before nonlinearities, and the samples that are subtracted from them. The samples are
+/// fewer than for a linear system, since the equations have more columns.
 pub const SPLINE_DELAY_SAMPLES: usize = 4_000;
 pub const SPLINE_DELAY_ORDER: usize = 2;
 pub const SPLINE_DELAY_PIECES: usize = 3;
@@ -134,7 +134,7 @@ pub const SPLINE_DELAY_SLACK: usize = 1;
 
 // The linear approximation.
 
-/// Its largest order. It has the poles of a front and a back together, so that it may have more than `LARGEST_START_ORDER`.
+/// Its largest order. It has the poles of a front and a back together, so it may have more than `LARGEST_START_ORDER`.
 pub const LARGEST_ORDER: usize = 10;
 /// Orders of the approximation from which starts are made: the best by Schwarz's criterion and its neighbours.
 pub const START_ORDERS: RangeInclusive<isize> = -1..=2;
@@ -142,7 +142,7 @@ pub const START_ORDERS: RangeInclusive<isize> = -1..=2;
 pub const WEAK_APPROXIMATION: f64 = 0.1;
 /// Passes of the Steiglitz-McBride iteration for one linear system.
 pub const EQUATION_ERROR_PASSES: usize = 12;
-/// The same where numerators are multiplied with a nonlinearity: the equations are larger, and a fit of both blocks follows.
+/// The same if numerators are multiplied with a nonlinearity: the equations are larger, and a fit of both blocks follows.
 pub const PRODUCT_PASSES: usize = 8;
 
 // Changes of structure.
@@ -153,7 +153,7 @@ pub const ROUNDS: usize = 16;
 pub const LONGEST_NUMERATOR: usize = 8;
 /// Most poles of one block: two more than the linear approximation of all blocks has.
 pub const MOST_POLES: usize = 12;
-/// A pole and a zero that are farther apart than this do not nearly cancel.
+/// A pole and a zero nearly cancel if they are at most this far apart.
 pub const NEARLY_CANCELLED: f64 = 0.3;
 /// Samples on either side from which one half-way between is interpolated. Convention.
 pub const INTERPOLATION_REACH: usize = 32;
@@ -163,10 +163,10 @@ pub const INTERPOLATION_REACH: usize = 32;
 /// Numbers of pieces that are tried, relative to the present number, until this many in a row are worse.
 pub const PIECES: [f64; 6] = [0.7, 1.0, 1.4, 2.0, 2.8, 4.0];
 pub const WORSE_PIECES: usize = 3;
-/// Tried before those in a system of several nonlinearities, where each needs fewer pieces: without it, Schwarz's criterion ended higher
-/// by 30 to 40 on a Hammerstein-Wiener system and on one of two inputs.
+/// Tried before these numbers in a system of several nonlinearities, since each then needs fewer pieces. Without it, Schwarz's criterion
+/// ended 30 to 40 higher on a Hammerstein-Wiener system and on one of two inputs.
 pub const FAR_FEWER_PIECES: f64 = 0.4;
-/// The fewest pieces of a nonlinearity that is alone, and of one among several.
+/// The fewest pieces of a single nonlinearity, and of one among several.
 pub const FEWEST_PIECES: [usize; 2] = [2, 1];
 pub const MOST_PIECES: usize = 64;
 /// A piece has at least the samples' number divided by this, within these bounds.
@@ -174,7 +174,7 @@ pub const FINEST_PIECES: usize = 800;
 pub const SAMPLES_IN_PIECE: [usize; 2] = [8, 50];
 /// The same for pieces of starts, whose number is small.
 pub const SAMPLES_IN_COARSE_PIECE: usize = 12;
-/// The outermost pieces, whose slope goes on beyond the data, have at least this many times the samples of the others.
+/// The outermost pieces have at least this many times the samples of the others, since their slope continues beyond the data.
 pub const OUTERMOST: usize = 2;
 /// The share of the breakpoints that are spread evenly.
 pub const EVEN: f64 = 0.3;
@@ -187,7 +187,7 @@ pub const CURVE_POINTS: usize = 2001;
 /// Shares of the samples below the places at which a kink is tried.
 pub const KINK_PLACES: usize = 40;
 pub const MOST_KINKS: usize = 6;
-/// Pieces of the spline that kinks are put on: too few to imitate one; half of the present number is tried too.
+/// Pieces of the spline to which kinks are added: too few to imitate a kink; half of the present number is tried too.
 pub const PIECES_UNDER_KINKS: [usize; 2] = [1, 3];
 /// Pieces relative to the present number, once there are kinks.
 pub const FEWER_PIECES: [f64; 3] = [0.3, 0.5, 0.7];
@@ -198,13 +198,13 @@ pub const KINK_EVIDENCE: f64 = 10.0;
 
 /// Quantiles of the intermediate signal that bound the nonlinearity's first pieces.
 pub const FIRST_PIECE_QUANTILES: [f64; 7] = [0.03, 0.12, 0.3, 0.5, 0.7, 0.88, 0.97];
-/// More groups of poles than this are not shared out. In a cascade the rest stays in the front, of `2^MOST_POLE_GROUPS` splits; in a sum it
-/// is left out.
+/// At most this many groups of poles are split, so there are at most `2^MOST_POLE_GROUPS` splits. In a cascade the rest stays in the front;
+/// in a sum it is left out.
 pub const MOST_POLE_GROUPS: usize = 10;
 /// Splits of the poles for which the zeros are moved, and those of every order that are screened. They bound the time.
 pub const MOST_SPLITS: usize = 40;
 pub const MOST_SCREENED: usize = 8;
-/// Short fits: of all starts as they are, then with finer nonlinearities.
+/// Short fits: first of all starts unchanged, then with finer nonlinearities.
 pub const CASCADE_ROUNDS: [Round; 3] = [
     Round {
         samples: 10_000,
@@ -231,11 +231,11 @@ pub const CASCADE_ROUNDS: [Round; 3] = [
 
 // Starts with a nonlinearity at the input, of one branch or several.
 
-/// Largest order of the starts whose branches have one denominator, and orders in a row that are tried although Schwarz's
-/// criterion rises.
+/// Largest order of the starts whose branches have one denominator, and how many orders in a row are tried although Schwarz's criterion
+/// rises.
 pub const LARGEST_START_ORDER: usize = 8;
 pub const WORSE_ORDERS: usize = 2;
-/// Pieces of the nonlinearities that these starts are made with.
+/// Pieces of these starts' nonlinearities.
 pub const START_PIECES: usize = 5;
 /// Short fits of the best starts, then of finer nonlinearities.
 pub const BRANCHES_ROUNDS: [Round; 2] = [
@@ -257,12 +257,12 @@ pub const BRANCHES_ROUNDS: [Round; 2] = [
 
 // Sums of branches.
 
-/// Random assignments of the poles from which better ones are looked for.
+/// Random assignments of the poles from which a search for better ones begins.
 pub const CLIMBS: usize = 16;
-/// Numerator coefficients of a back beyond its poles' number, and most of them.
+/// How many numerator coefficients a back has beyond its number of poles, and the most of all.
 pub const MORE_COEFFICIENTS: usize = 1;
 pub const MOST_COEFFICIENTS: usize = 4;
-/// Starts of every linear approximation that are refined, and branches that are added to a sum of one less.
+/// The most refined starts of every linear approximation, and the most branches that are tried in addition to a sum of one branch less.
 pub const MOST_SUM_STARTS: usize = 8;
 pub const MOST_ADDED: usize = 2;
 /// Rounds in which structure is added branch by branch.
@@ -294,16 +294,16 @@ pub const SUM_ROUNDS: [Round; 3] = [
     },
 ];
 
-// Whether a fit survives another start.
+// Whether a fit stays stable from another start.
 
 /// A mean squared error that is larger by this factor from another start shows that a fit runs away. Convention: three times the error.
 pub const RUN_AWAY: f64 = 9.0;
-/// One below this share of the output's variance is no running away: a lightly damped system takes long to forget its start. Convention.
+/// An error below this share of the output's variance is no running away: a lightly damped system forgets its start slowly. Convention.
 pub const POOR: f64 = 0.25;
-/// One that is larger by less than this factor is as good. Convention.
+/// An error that is larger by less than this factor counts as equal. Convention.
 pub const AS_GOOD_RESTARTED: f64 = 1.5;
 
-/// By how many standard errors a parameter is changed to see what the blocks do.
+/// The change of a parameter, in standard errors, for the derivatives of the blocks.
 pub const BAND_STEP: f64 = 1e-3;
-/// Points of a band between which it is interpolated.
+/// Points of a band; it is interpolated between them.
 pub const BAND_POINTS: usize = 201;

@@ -5,7 +5,7 @@
 //!
 //! - by a parameter p of a front G: $H\,[f'(w)\,\partial w/\partial p]$;
 //! - by a coefficient of f: its B-spline through H; by a kink's place or bend: the kink's derivative through H;
-//! - by the k-th coefficient of a numerator: what enters the numerator, k samples later;
+//! - by the k-th coefficient of a numerator: the numerator's input, k samples later;
 //! - by a coefficient $a_k$ of a section A of either linear block: $\partial G/\partial a_k = -z^{-k} G / A$;
 //! - by an offset o: 1.
 //!

@@ -98,7 +98,7 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     let start = match from {
         WienerStart::LinearApproximation => "those of the best linear approximation",
         WienerStart::HigherMoments => {
-            "those of an impulse response from higher moments of input and output, which did better than linear approximations"
+            "those of an impulse response from higher moments of input and output; they gave a better fit than linear approximations"
         }
     };
     let run = Run::new(&samples, paths[0].model(0.0), paths, found.system.degrees())?;
