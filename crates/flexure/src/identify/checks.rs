@@ -1,4 +1,4 @@
-//! What is refused, and what is warned of, before and after an identification.
+//! Checks before and after an identification: refusals and warnings.
 
 use super::limits::{CONSTANT, FEW_LEVELS, FRESH_SHARES, MOST_OUTSIDE, NEGLIGIBLE_COLOUR, WHITENESS_LAGS};
 use std::ops::Range;
@@ -11,7 +11,7 @@ use crate::nonlinearity::{Curve, Outside};
 use crate::record::check_values;
 use crate::validation::whiteness;
 
-/// The number of samples that are fitted where this share at the end is kept for the verdict; refuses a share that is out of range.
+/// The number of fitted samples if this share at the end is kept for the verdict; refuses a share that is out of range.
 pub(super) fn fresh_part(fresh_share: f64, samples: usize) -> Result<usize> {
     if !FRESH_SHARES.contains(&fresh_share) {
         return Err(Error::parameter("the fresh share", fresh_share, "between 0.05 and 0.9"));
@@ -68,7 +68,7 @@ pub(crate) fn few_levels(u: &[f64]) -> Option<Vec<f64>> {
     Some(levels)
 }
 
-/// Warns where the input takes too few values for a curve.
+/// Warns if the input takes too few values for a curve.
 pub(super) fn warn_of_levels(u: &[f64], warnings: &mut Vec<Warning>) {
     warnings.extend(few_levels(u).map(|levels| Warning::FewLevels { levels: levels.len() }));
 }
@@ -90,7 +90,7 @@ pub(super) fn colour(u: &[f64]) -> Option<Colour> {
     coloured.then_some(Colour { largest, lag })
 }
 
-/// Warns where the model predicts no better than the output's mean.
+/// Warns if the model predicts no better than the output's mean.
 pub(super) fn warn_if_useless(verdict: &Verdict, warnings: &mut Vec<Warning>) {
     let fit_percent = verdict.measures.fit_percent;
     if fit_percent <= 0.0 {
@@ -98,7 +98,7 @@ pub(super) fn warn_if_useless(verdict: &Verdict, warnings: &mut Vec<Warning>) {
     }
 }
 
-/// Warns where the fresh input often lies outside the curve's range.
+/// Warns if the fresh input often lies outside the curve's range.
 pub(super) fn warn_of_range(curve: &Curve, fresh: &[f64], warnings: &mut Vec<Warning>) {
     let outside = fresh.iter().filter(|&&u| !curve.covers(u)).count();
     let percent = 100.0 * outside as f64 / fresh.len() as f64;

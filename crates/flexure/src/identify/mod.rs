@@ -1,10 +1,10 @@
 //! From a record to a model, with a verdict.
 //!
-//! [`PlainHammerstein`] is the paper's algorithm as it stands; [`RefinedHammerstein`] starts from it and comes near the
-//! accuracy of an estimator that knows the linear part. [`WIENER`] and [`WIENER_HAMMERSTEIN`] are the structures with linear
-//! dynamics before the nonlinearity, [`LINEAR`] the reference that has none, and [`AUTO`] finds out which of them the data support.
-//! [`HAMMERSTEIN_WIENER`] has a nonlinearity at either end, [`PARALLEL`] several branches for one input, [`MULTIPLE_INPUTS`] a
-//! Hammerstein branch for every input, [`JOINT_INPUTS`] one nonlinearity of all of them; [`NARX`] and [`VOLTERRA`] are references without blocks.
+//! [`PlainHammerstein`] is the paper's algorithm unchanged; [`RefinedHammerstein`] starts from it and nearly reaches the accuracy of an
+//! estimator that knows the linear part. [`WIENER`] and [`WIENER_HAMMERSTEIN`] are the structures with linear dynamics before the
+//! nonlinearity, [`LINEAR`] is the reference without a nonlinearity, and [`AUTO`] finds out which of them the data support.
+//! [`HAMMERSTEIN_WIENER`] has a nonlinearity at either end, [`PARALLEL`] several branches for one input, [`MULTIPLE_INPUTS`] a Hammerstein
+//! branch for every input, [`JOINT_INPUTS`] one nonlinearity of all of them; [`NARX`] and [`VOLTERRA`] are references without blocks.
 //!
 //! | structure | identification | even nonlinearity | coloured input | standard errors | missing outputs |
 //! |---|---|---|---|---|---|
@@ -15,7 +15,7 @@
 //! | linear, static, linear | [`WIENER_HAMMERSTEIN`] | no | yes | no | no |
 //! | static, linear, static | [`HAMMERSTEIN_WIENER`] | the first | yes | no | no |
 //! | a sum of static, linear | [`PARALLEL`] | yes | yes | no | no |
-//! | a sum of linear, static, linear | [`PARALLEL`] | beside others | yes | no | no |
+//! | a sum of linear, static, linear | [`PARALLEL`] | with others | yes | no | no |
 //! | static, linear, of every input | [`MULTIPLE_INPUTS`] | yes | yes | no | no |
 //! | static of all inputs, linear | [`JOINT_INPUTS`] | yes | yes | no | no |
 //! | static in a feedback loop | [`FEEDBACK`] | yes | yes | band | no |

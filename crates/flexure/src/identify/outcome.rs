@@ -9,11 +9,11 @@ use crate::validation::{Estimated, FitMeasures, ResidualTest, ResidualTests};
 /// The answer to "does the model hold?", on data that were not used for the fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
-    /// How near the free-run prediction is.
+    /// How good the free-run prediction is.
     pub measures: FitMeasures,
-    /// Tests of what it leaves behind; `None` if the fresh part is too short for them.
+    /// Tests of its errors; `None` if the fresh part is too short for them.
     pub residuals: Option<ResidualTests>,
-    /// What the model was estimated from, where the tests allow for its own error.
+    /// What the model was estimated from, if the tests allow for its estimation error.
     pub estimated: Option<Estimated>,
     /// The outliers that hide the rest of the error from the tests, if there are some.
     pub hidden_by: Option<Hiding>,
@@ -45,7 +45,7 @@ impl Hiding {
     }
 }
 
-/// What all verdicts on one prediction share.
+/// The common parts of all verdicts on one prediction.
 struct Judged {
     measures: FitMeasures,
     errors: Vec<f64>,
@@ -87,8 +87,8 @@ impl Verdict {
         Ok(judged.verdict(|e| ResidualTests::with_prediction(e, u, predicted), None))
     }
 
-    /// As [`Verdict::new`], for the prediction of a model that was estimated from other samples, whose parameters' own
-    /// error the tests allow for.
+    /// As [`Verdict::new`], for the prediction of a model that was estimated from other samples; the tests allow for the error of its
+    /// parameters.
     ///
     /// # Errors
     /// Those of [`FitMeasures::new`].
@@ -97,10 +97,11 @@ impl Verdict {
         Ok(Judged::new(y, predicted)?.verdict(test, Some(estimated)))
     }
 
-    /// The verdicts of several inputs, one an input and then one a pair of inputs; of an estimate, if `estimated` says from what.
+    /// The verdicts for several inputs: one for each input, then one for each pair of inputs. The model is an estimate if `estimated` says
+    /// from what.
     ///
-    /// A pair stands for the product of its inputs' deviations from their means: what inputs do together, and none alone, does not
-    /// turn up in a test with any one of them. All verdicts share the level of a single one.
+    /// A pair stands for the product of its inputs' deviations from their means: a test with a single input does not show joint effects of
+    /// inputs. All verdicts share the level of a single one.
     ///
     /// # Errors
     /// Those of [`FitMeasures::new`].
@@ -127,11 +128,11 @@ impl Verdict {
         Ok(tested.iter().map(of).collect())
     }
 
-    /// Of several verdicts on one prediction, the one with the largest [misfit](Self::misfit), else the first that does not hold,
-    /// else the first.
+    /// Among several verdicts on one prediction: the one with the largest [misfit](Self::misfit), otherwise the first that does not hold,
+    /// otherwise the first.
     pub fn worst(verdicts: &[Verdict]) -> Option<&Verdict> {
         let refuted = verdicts.iter().filter(|v| v.refutation().is_some());
-        // Of equal ones the first.
+        // Among equal ones, the first.
         let refuted = refuted.rev().max_by(|a, b| a.misfit().total_cmp(&b.misfit()));
         refuted
             .or_else(|| verdicts.iter().find(|v| !v.holds()))
@@ -143,22 +144,21 @@ impl Verdict {
         self.residuals.as_ref().and_then(ResidualTests::refutation)
     }
 
-    /// The size of the part of the error that depends on the input, as a share of the output's standard deviation: as far as the
-    /// tests that refute the model see it, and 0 where none does.
+    /// The size of the part of the error that depends on the input, as a share of the output's standard deviation. It is as large as the
+    /// refuting tests detect, and 0 if no test refutes the model.
     pub fn misfit(&self) -> f64 {
         let unexplained = (1.0 - self.measures.r_squared).max(0.0);
         let dependent = self.refutation().map_or(0.0, ResidualTest::dependent_share);
         (dependent * unexplained).sqrt()
     }
 
-    /// Whether the model holds: it explains something; no test refutes it, or the [misfit](Self::misfit) is negligible; and what it
-    /// leaves is white noise, or at most a tenth of the output's variance. Where outliers hide the rest of the error, nothing is known.
+    /// Whether the model holds: it explains something; no test refutes it, or the [misfit](Self::misfit) is negligible; and its error is
+    /// white noise, or at most a tenth of the output's variance. If outliers hide the rest of the error, nothing is known.
     ///
-    /// A misfit is negligible below 1 % of the output's standard deviation. What of the error follows from its own past counts with
-    /// it: it may be noise or a part that depends on the input over a longer time than a test sees.
+    /// A misfit is negligible below 1 % of the output's standard deviation. The part of the error that follows from its own past is
+    /// included: it may be noise, or depend on the input over a longer time than a test covers.
     ///
-    /// A large error with a colour of its own may be noise or something that the model misses: that no test
-    /// finds the input in it does not say which.
+    /// A large coloured error may be noise or something that the model misses: even if no test finds the input in it, both are possible.
     pub fn holds(&self) -> bool {
         let is_judged = self.residuals.is_some() && self.hidden_by.is_none();
         self.measures.fit_percent > 0.0 && is_judged && !self.is_refuted() && !self.is_open()
@@ -177,13 +177,13 @@ impl Verdict {
         self.colour().is_some() && self.measures.r_squared < NEARLY_ALL
     }
 
-    /// The test that finds a colour in the error, if one does.
+    /// The test that finds that the error is coloured, if one does.
     fn colour(&self) -> Option<&ResidualTest> {
         let mut tests = self.residuals.iter().flat_map(|r| &r.tests);
         tests.find(|t| !t.kind.refutes() && !t.passed())
     }
 
-    /// The shortest answer, behind a fit: "holds", "does not hold exactly".
+    /// The shortest answer, printed after a fit: "holds", "does not hold exactly".
     pub fn in_short(&self) -> &'static str {
         match &self.residuals {
             _ if self.holds() && self.refutation().is_some() => "holds, but for a negligible misfit",

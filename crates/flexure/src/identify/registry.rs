@@ -1,7 +1,7 @@
 //! The structures that can be identified, as a list and by name.
 //!
-//! The command line, its help, the model files, the pages and the Python package take the structures from [`structures`]. A
-//! structure made of existing blocks needs its own file, and its `mod` and its row in `structures/mod.rs`; nothing here.
+//! The command line, its help, the model files, the pages and the Python package take the structures from [`structures`]. A structure made
+//! of existing blocks needs its own file, and its `mod` and its row in `structures/mod.rs`; this file stays unchanged.
 
 use super::request::Structure;
 use super::structures::STRUCTURES;
@@ -20,7 +20,7 @@ impl Structure {
 
 #[cfg(test)]
 mod tests {
-    /// The structure of CONTRIBUTING.md's recipe, as it stands there.
+    /// The structure of the recipe in CONTRIBUTING.md.
     #[test]
     fn the_worked_example_is_a_structure() {
         let contributing = include_str!("../../../../CONTRIBUTING.md");

@@ -21,9 +21,10 @@ pub struct Structure {
     pub description: &'static str,
     /// The numbers of inputs that it takes.
     pub inputs: RangeInclusive<usize>,
-    /// The options that it knows beside the share of fresh samples and the treatment of outliers, by their names in Python and, with hyphens, on the command line.
+    /// The options that it knows in addition to the share of fresh samples and the treatment of outliers, by their names in Python; on the
+    /// command line they have hyphens.
     pub options: &'static [&'static str],
-    /// The number of blocks, where [`AUTO`](super::AUTO) compares the structure with others: simple structures come first.
+    /// The number of blocks, if [`AUTO`](super::AUTO) compares the structure with others: simple structures come first.
     pub complexity: Option<usize>,
     /// The identification.
     pub(super) identify: fn(&Request<'_>, &mut Progress<'_>) -> Result<Identification>,
@@ -56,7 +57,7 @@ impl Structure {
     /// The result depends neither on `progress` nor on the number of threads.
     ///
     /// # Errors
-    /// Those of [`identify`](Self::identify); [`Error::Parameter`] for several experiments where the method takes one;
+    /// Those of [`identify`](Self::identify); [`Error::Parameter`] for several experiments if the method takes one;
     /// [`Error::Stopped`] if `progress` stopped it.
     pub fn identify_with(&self, request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
         match request.options.robust {
@@ -68,7 +69,7 @@ impl Structure {
 
 /// What is to be identified from what.
 pub struct Request<'a> {
-    /// The record; several are so many experiments of one system.
+    /// The record; several records are experiments of one system.
     pub records: &'a [&'a Record],
     /// The inputs' columns.
     pub inputs: &'a [&'a str],
@@ -126,14 +127,14 @@ impl<'a> Request<'a> {
         self.samples_at_least(what, FEWEST_SAMPLES * self.inputs.len().max(1))
     }
 
-    /// [`samples_of_inputs`](Self::samples_of_inputs), with so many of them for the fit.
+    /// [`samples_of_inputs`](Self::samples_of_inputs), with at least `need` of them for the fit.
     pub(super) fn samples_at_least(&self, what: &'static str, need: usize) -> Result<Samples<'_>> {
         refuse_repeated(self.inputs)?;
         let share = self.options.fresh_share;
         Samples::new(self.record()?, self.inputs, self.output, share, what, need)
     }
 
-    /// The linear approximations that several structures start from, made once for all of them.
+    /// The linear approximations from which several structures start; they are made once for all.
     pub(super) fn prepared(&self, samples: &Samples<'_>, monitor: &mut Monitor<'_>) -> &Prepared {
         self.prepared
             .get_or_init(|| samples.prepared().approximated(usize::MAX, monitor))

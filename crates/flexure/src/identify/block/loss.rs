@@ -11,8 +11,7 @@
 //!
 //! The derivative by a parameter of g is that of g itself at x.
 //!
-//! Where f also acts between the samples ([`Branch::between`]), a branch has two terms H z, with numerators of their own and common
-//! denominators.
+//! If f also acts between the samples ([`Branch::between`]), a branch has two terms H z, with separate numerators and common denominators.
 
 use super::descent::Residuals;
 use super::limits::HARDLY_PASSED;
@@ -27,7 +26,7 @@ use crate::parallel;
 /// One column of the Jacobian.
 #[derive(Clone, Copy)]
 enum Column {
-    /// Of the branch of this index.
+    /// A parameter of the branch of this index.
     Branch(usize, BranchColumn),
     Offset,
     /// A parameter of the last nonlinearity.
@@ -56,7 +55,7 @@ enum BranchColumn {
     },
 }
 
-/// The simulation error of a system over its free parameters: all but those that are held so that scales and levels are unique.
+/// The simulation error of a system over its free parameters: all except those that are held so that scales and levels are unique.
 pub(in crate::identify) struct Loss<'a> {
     data: &'a Signals,
     at: System,
@@ -136,14 +135,14 @@ impl Residuals for Loss<'_> {
 
 /// The columns of all parameters in the order of [`System::parameters`], `None` for those that are held.
 ///
-/// - The back's largest numerator coefficient is held: the nonlinearity has the scale. No coefficient of the front needs to be held,
-///   as the breakpoints do not move: with another scale of w the curve is another. A front that is only a gain is held, because the
-///   nonlinearity has that gain as well.
+/// - The back's largest numerator coefficient is held: the nonlinearity has the scale. No coefficient of the front needs to be held: the
+///   breakpoints do not move, so another scale of w means another curve. A front that is only a gain is held, because the nonlinearity has
+///   that gain as well.
 /// - The coefficient of the middle B-spline is held: an offset has the level. It is free in the first branch if that branch's
 ///   nonlinearity has the mean of the sum ([`Level::Nonlinearity`]).
-/// - The first branch's offset is free under [`Level::Offset`]; under [`Level::Nonlinearity`] those are free that stand behind a back
-///   which hardly passes a constant.
-/// - The last nonlinearity's breakpoints do not move either, so that scale and level of what enters it need none held.
+/// - The first branch's offset is free under [`Level::Offset`]; under [`Level::Nonlinearity`], offsets after a back that hardly passes a
+///   constant are free.
+/// - The last nonlinearity's breakpoints do not move either, so no parameter need be held for the scale and level of its input.
 fn columns(s: &System) -> Vec<Option<Column>> {
     let mut all = Vec::new();
     for (i, branch) in s.branches.iter().enumerate() {
@@ -185,14 +184,14 @@ fn branch_columns(branch: &Branch, has_level: bool) -> Vec<Option<BranchColumn>>
     all
 }
 
-/// Whether hardly anything of a constant passes.
+/// Whether the system hardly passes a constant.
 fn hardly_passes_constants(g: &Rational) -> bool {
     let denominator: f64 = g.sections.iter().map(|s| 1.0 + s.a[0] + s.a[1]).product();
     let size: f64 = g.b.iter().map(|b| b.abs()).sum();
     g.static_gain().abs() < HARDLY_PASSED * size / denominator.abs()
 }
 
-/// A nonlinearity, the signal that enters it, and its values and slopes there.
+/// A nonlinearity, its input signal, and its values and slopes there.
 struct Static<'a> {
     spline: &'a KinkedSpline,
     input: Vec<f64>,
@@ -229,15 +228,15 @@ struct Instant<'a> {
     numerator: &'a [f64],
 }
 
-/// A branch and the signals that its derivatives are made of.
+/// A branch and the signals for its derivatives.
 struct Linearised<'a> {
     branch: &'a Branch,
     /// The input through the front's denominator.
     through_front_denominator: Vec<f64>,
     instants: Vec<Instant<'a>>,
-    /// For every section of the front, the intermediate signal of every instant through it once more.
+    /// For every section of the front: the intermediate signal of every instant, filtered by this section once more.
     front_sections: Vec<Vec<Vec<f64>>>,
-    /// For every section of the back, the output without the offset through it once more.
+    /// For every section of the back: the output without the offset, filtered by this section once more.
     back_sections: Vec<Vec<f64>>,
     output: Vec<f64>,
 }
@@ -297,8 +296,8 @@ impl<'a> Linearised<'a> {
         }
     }
 
-    /// The output's derivative by a parameter of the front. `changes` are the derivatives of the intermediate signals, but for the
-    /// lag and the sign.
+    /// The output's derivative by a parameter of the front. `changes` are the derivatives of the intermediate signals, without lag and
+    /// sign.
     fn of_front<'i>(
         &'i self,
         changes: impl Iterator<Item = (&'i Instant<'a>, &'i Vec<f64>)>,
@@ -315,7 +314,7 @@ impl<'a> Linearised<'a> {
     }
 }
 
-/// Signals through numerators of their own and a common denominator, added.
+/// The sum of signals, each through its own numerator, over a common denominator.
 pub(super) fn through_back<'b>(back: &Rational, each: impl Iterator<Item = (&'b [f64], Vec<f64>)>) -> Vec<f64> {
     let mut sum = Vec::new();
     for (numerator, signal) in each {

@@ -1,13 +1,13 @@
-//! What the block structures share: one form of system, its simulation error with exact derivatives, and one search.
+//! The common parts of the block structures: one form of system, its simulation error with exact derivatives, and one search.
 //!
 //! | step | files |
 //! |---|---|
 //! | samples at zero mean and unit variance; their delays and best linear approximations | `signals`, `prepared`, `delay`, `approximation`, `equation_error` |
-//! | linear blocks, static nonlinearities, and the systems that are made of them | `rational`, `spline`, `system` |
+//! | linear blocks, static nonlinearities, and systems of them | `rational`, `spline`, `system` |
 //! | the simulation error with its derivatives, and its minimum by (generalised) least squares | `loss`, `descent`, `least_squares`, `efficient` |
 //! | starts: one branch; Hammerstein branches; sums of branches | `cascade`; `hammerstein_branches`, `rank_one`; `sum`, `sum_starts` |
 //! | the search, the same for all, and its changes: poles and zeros, pieces, kinks, a second instant | `search`, `candidate`; `changes`, `pieces`, `kinks`, `intersample` |
-//! | whether the result survives another start of its run | `restart` |
+//! | whether the result stays good from another start of its run | `restart` |
 //! | thresholds; progress | `limits`; `monitor` |
 //! | blocks in the record's units, their standard errors and bands | `units`, `uncertainty` |
 

@@ -12,7 +12,7 @@ pub(in crate::identify) enum Stage {
     Approximation,
     /// Correlating the output, and functions of it, with the input's past.
     Correlation,
-    /// Sharing out the approximations' poles and zeros.
+    /// Splitting the approximations' poles and zeros between the blocks.
     Split,
     /// Refining the best starts on a part of the record.
     Screening,
@@ -36,7 +36,7 @@ impl Stage {
     }
 }
 
-/// Asks whether to go on; once stopped, for good.
+/// Asks whether to continue; once stopped, it stays stopped.
 pub(in crate::identify) struct Monitor<'a> {
     progress: &'a mut dyn FnMut(&str) -> ControlFlow<()>,
     pub stage: Stage,
@@ -53,7 +53,7 @@ impl<'a> Monitor<'a> {
         }
     }
 
-    /// Whether to go on.
+    /// Whether to continue.
     pub fn keep_on(&mut self) -> bool {
         if self.stopped.is_none() && (interrupt::requested() || (self.progress)(self.stage.name()).is_break()) {
             self.stopped = Some(self.stage);
@@ -66,7 +66,7 @@ impl<'a> Monitor<'a> {
         self.stopped
     }
 
-    /// Whether it was never stopped.
+    /// Checks that it was never stopped.
     ///
     /// # Errors
     /// [`Error::Stopped`].

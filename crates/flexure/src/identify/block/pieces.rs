@@ -11,11 +11,11 @@ use crate::linear::correlation::{mean, variance};
 use crate::nonlinearity::spline::basis::LocalCubics;
 use crate::parallel;
 
-/// The system with this many pieces in one nonlinearity, dense where it is rough; fewer where samples are few. What enters it from
-/// a front has unit variance.
+/// The system with this many pieces in one nonlinearity, dense where it is rough, with fewer pieces for few samples. A front's output has
+/// unit variance.
 ///
-/// Where it is rough is read from the present curve, which is good for smooth ones, and from one on many even breakpoints,
-/// which shows kinks; the better of the two is taken.
+/// The roughness is taken from the present curve, which is good for smooth curves, and from a curve on many even breakpoints, which shows
+/// kinks; the better result is taken.
 pub(in crate::identify) fn with_pieces(
     system: &System,
     part: Part,
@@ -66,9 +66,9 @@ pub(in crate::identify) fn fewest_in_piece(data: &Signals) -> usize {
     (data.counted() / FINEST_PIECES).clamp(fewest, most)
 }
 
-/// One nonlinearity on other breakpoints, the rest as it is, kinks included.
+/// One nonlinearity on other breakpoints; everything else is unchanged, kinks included.
 ///
-/// Without a last nonlinearity, and for the last one itself, that is linear least squares; else one Gauss-Newton step.
+/// Without a last nonlinearity, and for the last one itself, this is linear least squares; otherwise one Gauss-Newton step.
 pub(in crate::identify) fn refitted(
     system: &System,
     part: Part,
@@ -100,14 +100,14 @@ pub(in crate::identify) fn refitted(
     candidate.squares.is_finite().then_some(candidate)
 }
 
-/// A linear equation for the coefficients of a spline: a signal that the columns are to add up to.
+/// A linear equation for the coefficients of a spline: the columns should sum to the signal.
 struct Equation {
     target: Vec<f64>,
     columns: Vec<Vec<f64>>,
 }
 
-/// What the output lacks without the branch's nonlinearity, and what each coefficient of `spline` in its place adds to it. The branch's
-/// offset becomes the mean of the remainder of the others, where the nonlinearities have the level.
+/// The part of the output that is missing without the branch's nonlinearity, and the contribution of each coefficient of `spline` in its
+/// place. If the nonlinearities have the level, the branch's offset becomes the mean of the remainder of the others.
 fn branch_equation(system: &mut System, i: usize, spline: &KinkedSpline, data: &Signals) -> Equation {
     let mut others = vec![0.0; data.y.len()];
     let rest = system.branches.iter().enumerate().filter(|(j, _)| *j != i);
@@ -167,18 +167,18 @@ pub(super) fn with_output(system: &System, pieces: usize, data: &Signals) -> Opt
     refitted(&system, Part::Output, &breakpoints, data)
 }
 
-/// The same blocks with every branch's outermost breakpoints brought back to where the samples are, if the descent has moved them
-/// outside: pieces without samples have coefficients that nothing determines.
+/// The same blocks, with every branch's outermost breakpoints moved back into the range of the samples if the descent has moved them out:
+/// without samples, the coefficients of a piece are not determined.
 pub(super) fn anchored(mut c: Candidate, data: &Signals) -> Candidate {
     for branch in 0..c.system.branches.len() {
-        // A slightly larger error is the price of what the pieces outside did for samples inside.
+        // A slightly larger error is accepted: the outer pieces also affected samples inside.
         let moved = with_ends_inside(&c.system, branch, data).filter(|m| m.squares <= LARGEST_RISE * c.squares);
         c = moved.unwrap_or(c);
     }
     c
 }
 
-/// `None` where no breakpoint is outside.
+/// `None` if no breakpoint is outside.
 fn with_ends_inside(system: &System, branch: usize, data: &Signals) -> Option<Candidate> {
     let of = &system.branches[branch];
     let mut sorted: Vec<f64> = of.intermediate(&data.u).flat_map(|w| w[data.from..].to_vec()).collect();
@@ -216,7 +216,7 @@ mod tests {
             let mut spline = KinkedSpline::new(breakpoints);
             let last = spline.c.len() - 1;
             spline.c.fill(0.5);
-            // Nothing that the samples, all below 1, would notice much.
+            // The samples, all below 1, hardly feel this coefficient.
             spline.c[last] = 1e3;
             Candidate::new(System::sum(vec![Branch::of(spline)]), &data)
         };

@@ -15,9 +15,9 @@ pub(in crate::identify) struct Prepared {
     pub inputs: Vec<Scale>,
     pub output: Scale,
     pub data: Signals,
-    /// Taken out of the data: input sample n stands beside output sample n + delay.
+    /// The delay that was removed from the data: input sample n is paired with output sample n + delay.
     pub delay: usize,
-    /// In ascending order.
+    /// The linear approximations, in ascending order.
     pub approximations: Vec<Scored>,
 }
 
@@ -47,14 +47,14 @@ impl Prepared {
         }
     }
 
-    /// With this delay of the inputs taken out.
+    /// With this delay of the inputs removed.
     pub fn delayed_by(mut self, delay: usize) -> Prepared {
         self.data.u.iter_mut().for_each(|u| *u = delayed(u, delay, 1.0));
         self.delay = delay;
         self
     }
 
-    /// With linear approximations, and their delay, if it is not larger than the largest, taken out.
+    /// With linear approximations. Their delay is removed, if it is at most the largest allowed one.
     pub fn approximated(self, largest_delay: usize, monitor: &mut Monitor<'_>) -> Prepared {
         let delay = delay_with_edge(&self.data).min(largest_delay);
         let mut prepared = self.delayed_by(delay);
@@ -72,7 +72,7 @@ impl Prepared {
         best.map(|a| &a.system)
     }
 
-    /// The best approximation and those of nearly its order.
+    /// The best approximation and those of neighbouring orders.
     pub fn starting(&self) -> Vec<&Rational> {
         let Some(best) = self.best() else {
             return Vec::new();

@@ -9,7 +9,7 @@ pub(in crate::identify) struct Product {
     pub row: Vec<f64>,
 }
 
-/// The first products of a column and a row that are nearest to a row-major matrix, each to the remainder of those before.
+/// Products of a column and a row, one after the other: each is nearest to the remainder of a row-major matrix after those before.
 pub(in crate::identify) fn dominant_products(matrix: &[f64], columns: usize, count: usize) -> Option<Vec<Product>> {
     let mut rest = matrix.to_vec();
     let mut products = Vec::new();

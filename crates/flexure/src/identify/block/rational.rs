@@ -1,7 +1,7 @@
 //! A rational transfer function whose denominator is kept in sections of first and second order.
 //!
-//! Stability is then a matter of two inequalities a section, the derivative with respect to a section's coefficient is
-//! one more pass through that section, and poles may meet on the real axis without a singularity.
+//! Stability is then two inequalities per section. The derivative with respect to a section's coefficient is one more pass through that
+//! section. Poles may meet on the real axis without a singularity.
 
 use super::super::limits::LARGEST_RADIUS;
 use super::limits::{REAL_ROOT, TINY_INPUT};
@@ -35,7 +35,7 @@ impl Section {
     }
 }
 
-/// All-pole sections one after the other, in one pass, so that their recursions overlap.
+/// All-pole sections in series, in one pass, so that the processor can overlap their recursions.
 fn in_series<const K: usize>(a: [[f64; 2]; K], input: &[f64]) -> Vec<f64> {
     let mut state = [[0.0; 2]; K];
     input
@@ -75,7 +75,7 @@ impl Rational {
         }
     }
 
-    /// From zeros and poles, both with their conjugates; the numerator's largest coefficient is 1.
+    /// The system with these zeros and poles, both with their conjugates; the numerator's largest coefficient is 1.
     ///
     /// A zero at z0 outside the unit circle enters as $z^{-1} - 1/z_0$, so that zeros near infinity become a delay.
     pub fn from_roots(zeros: &[Complex<f64>], poles: &[Complex<f64>]) -> Rational {
@@ -99,7 +99,7 @@ impl Rational {
         }
     }
 
-    /// From polynomials in $z^{-1}$, poles outside the unit circle mirrored into it.
+    /// The system of polynomials in $z^{-1}$, with poles outside the unit circle mirrored into it.
     pub fn from_polynomials(b: Vec<f64>, a: &[f64]) -> Option<Rational> {
         let poles: Vec<Complex<f64>> = linalg::roots(a)?.into_iter().map(inside).collect();
         (b.iter().all(|v| v.is_finite())).then(|| Rational {
@@ -261,7 +261,7 @@ fn inside(pole: Complex<f64>) -> Complex<f64> {
     pole * (mirrored.min(LARGEST_RADIUS * (1.0 - 1e-6)) / radius.max(f64::MIN_POSITIVE))
 }
 
-/// A real root, or that of a conjugate pair with positive imaginary part.
+/// A real root, or the root with positive imaginary part of a conjugate pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::identify) struct Root {
     pub at: Complex<f64>,

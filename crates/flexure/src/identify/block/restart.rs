@@ -1,17 +1,17 @@
-//! Whether a fit survives another start of its run.
+//! Whether a fit stays good from another start of its run.
 //!
-//! A model can follow a record from one start alone: poles whose memory is longer than the record hold a level that the record does
-//! not determine. A fit starts from rest; a free run starts in the steady state of the input's mean. So every result is run once more
-//! from there. Where its error is much larger then, poor, and much larger than that of others that were tried, the simplest of those
-//! that do well takes its place.
+//! A model may follow a record from only one start: poles with a memory longer than the record hold a level that the record does not
+//! determine. A fit starts from rest; a free run starts in the steady state of the input's mean. So every result is run once more from
+//! there. If its error is then much larger, poor, and much larger than that of other tried models, the simplest of the good ones replaces
+//! it.
 
 use super::candidate::Candidate;
 use super::limits::{AS_GOOD_RESTARTED, POOR, RUN_AWAY};
 use super::search::Search;
 use super::signals::Signals;
 
-/// `last`, whose mean squared error on its record is `usual`, or the simplest of `others` that survives where it does not.
-/// `restarted` is the mean squared error from another start. The output's variance is 1.
+/// `last`, or the simplest of `others` that stays good from another start if `last` does not. `usual` is the mean squared error of `last`
+/// on its record; `restarted` gives that from another start. The output's variance is 1.
 pub(in crate::identify) fn robust_to_restart<C>(
     last: C,
     usual: f64,
@@ -25,7 +25,7 @@ pub(in crate::identify) fn robust_to_restart<C>(
     }
     let judged: Vec<(f64, C)> = others.into_iter().map(|c| (restarted(&c), c)).collect();
     let least = judged.iter().map(|(error, _)| *error).fold(f64::INFINITY, f64::min);
-    // Where all others fail too, the other start is hard for the system itself.
+    // If all others fail too, the other start is hard for the system itself.
     if own <= RUN_AWAY * least {
         return last;
     }
@@ -36,7 +36,8 @@ pub(in crate::identify) fn robust_to_restart<C>(
 }
 
 impl Search<'_, '_> {
-    /// The last candidate, or the simplest of those tried on as many samples that survives another start where it does not.
+    /// The last candidate; if it does not stay good from another start, the simplest one that does, among those tried on equally many
+    /// samples.
     pub fn surviving(&self, last: Candidate, data: &Signals) -> Candidate {
         let mut others: Vec<Candidate> = self.tried.iter().filter_map(|t| t.on(data)).collect();
         others.retain(|c| c.system.degrees() < last.system.degrees());

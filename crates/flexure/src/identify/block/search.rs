@@ -1,8 +1,8 @@
 //! The search for a system's structure, the same for all block structures.
 //!
-//! From a start on: pieces of the nonlinearities, poles and numerator coefficients, kinks, each while Schwarz's criterion falls, on a part
-//! of the record; then the same on all samples; at last generalised least squares, where the error is coloured noise. A
-//! structure says by [`FreeParts`] what may change, and screens its starts by [`Round`]s.
+//! The search starts on a part of the record: pieces of the nonlinearities, poles and numerator coefficients, and kinks are changed while
+//! Schwarz's criterion falls. Then it does the same on all samples. At last it uses generalised least squares, if the error is coloured
+//! noise. A structure says by [`FreeParts`] what may change, and screens its starts by [`Round`]s.
 
 use super::candidate::{Candidate, Tried};
 use super::changes::{greedy, neighbours};
@@ -26,7 +26,7 @@ pub(in crate::identify) struct SearchResult {
     pub tried: Vec<Tried>,
 }
 
-/// A search with the list of what it has tried.
+/// A search with the list of its trials.
 pub(in crate::identify) struct Search<'a, 'm> {
     pub free: FreeParts,
     pub monitor: &'a mut Monitor<'m>,
@@ -114,10 +114,10 @@ impl<'a, 'm> Search<'a, 'm> {
         next
     }
 
-    /// Fewer and more pieces of every nonlinearity, one after the other, while Schwarz's criterion falls.
+    /// Tries fewer and more pieces of every nonlinearity, one after the other, while Schwarz's criterion falls.
     pub fn pieces(&mut self, mut best: Candidate, data: &Signals) -> Candidate {
         let parts = best.system.parts();
-        // Of several nonlinearities each needs fewer pieces than one does alone.
+        // Among several nonlinearities, each needs fewer pieces than a single one.
         let several = parts.len() > 1;
         let far_fewer = several.then_some(FAR_FEWER_PIECES);
         let fewest = FEWEST_PIECES[usize::from(several)];
@@ -143,7 +143,7 @@ impl<'a, 'm> Search<'a, 'm> {
         best
     }
 
-    /// The change of a linear block that lowers Schwarz's criterion most, over and over.
+    /// Repeats the change of a linear block that lowers Schwarz's criterion most.
     pub fn restructured(&mut self, best: Candidate, data: &Signals) -> Candidate {
         let score = |c: &Candidate| c.bic(data);
         greedy(best, score, |best| {
@@ -158,7 +158,7 @@ impl<'a, 'm> Search<'a, 'm> {
         })
     }
 
-    /// With the nonlinearity acting between the samples too, if that lowers Schwarz's criterion.
+    /// Lets the nonlinearity act between the samples too, if that lowers Schwarz's criterion.
     fn intersample(&mut self, best: Candidate, data: &Signals) -> Candidate {
         if !self.monitor.keep_on() {
             return best;
@@ -174,15 +174,15 @@ impl<'a, 'm> Search<'a, 'm> {
         }
     }
 
-    /// The structure chosen anew by errors made white, then generalised least squares over all parameters.
+    /// The structure chosen again with whitened errors, then generalised least squares over all parameters.
     ///
-    /// Of coloured errors the criterion sees the sum of squares, most of which may be slow noise, and not what stands out from the
-    /// noise at other frequencies: it then takes too few pieces. `None` where there is no better structure, or the error is not coloured noise.
+    /// For coloured errors, the sum of squares may be mostly slow noise, and the criterion does not see misfits at other frequencies, where
+    /// the noise is small: it then takes too few pieces. `None` if there is no better structure, or if the error is not coloured noise.
     fn restructured_efficiently(&mut self, c: &Candidate, data: &Signals) -> Option<Candidate> {
         let loss = Loss::new(c.system.clone(), data);
         let all = data.through(whitening_filter(&loss, &loss.residuals(&loss.start())?)?);
         let white = all.head(STRUCTURE_SAMPLES);
-        // The list is of simulation errors, which these are not.
+        // The list has simulation errors only, so these trials are left out.
         let listed = self.tried.len();
         let mut found = c.on(&white);
         if c.system.branches.iter().all(|b| b.between.is_none()) {
@@ -200,7 +200,7 @@ impl<'a, 'm> Search<'a, 'm> {
     }
 }
 
-/// Every nonlinearity on another number of pieces, dense where it is rough.
+/// Every nonlinearity with another number of pieces, dense where it is rough.
 pub(in crate::identify) fn finer(mut c: Candidate, data: &Signals, pieces: impl Fn(usize) -> usize) -> Candidate {
     for part in c.system.parts() {
         let pieces = pieces(c.system.pieces(part)).min(MOST_PIECES);

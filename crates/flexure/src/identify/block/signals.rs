@@ -1,4 +1,4 @@
-//! The signals that a system is fitted to, and Schwarz's criterion for its simulation errors, which need not be independent.
+//! The signals for the fit of a system, and Schwarz's criterion for its simulation errors, which need not be independent.
 
 use super::limits::{ERROR_LAGS, FEWEST_ERRORS};
 use crate::linear::correlation::{cross_covariance, mean, variance};
@@ -11,7 +11,7 @@ pub(in crate::identify) struct Scale {
 }
 
 impl Scale {
-    /// That of these samples.
+    /// The scale of these samples.
     pub fn new(samples: &[f64]) -> Scale {
         Scale {
             mean: mean(samples),
@@ -19,7 +19,7 @@ impl Scale {
         }
     }
 
-    /// From scaled to the samples' own unit.
+    /// A scaled value in the samples' own unit.
     pub fn back(&self, x: f64) -> f64 {
         self.mean + self.spread * x
     }
@@ -30,21 +30,21 @@ impl Scale {
     }
 }
 
-/// Inputs and output at zero mean and unit variance, the first samples of which only let the initial state decay.
+/// Inputs and output at zero mean and unit variance. During the first samples, the initial state decays; they do not count.
 #[derive(Debug, Clone)]
 pub(in crate::identify) struct Signals {
     pub u: Vec<Vec<f64>>,
     pub y: Vec<f64>,
     /// Samples from here on count.
     pub from: usize,
-    /// This many of them carry as much information as one whose error is independent of the others'.
+    /// This many samples carry as much information as one with an independent error.
     pub dependence: f64,
     /// The polynomial in the delay that errors pass before they count: 1, or the one that whitens them.
     pub filter: Vec<f64>,
 }
 
 impl Signals {
-    /// All errors count as they are, and as independent of one another.
+    /// All errors count unfiltered, and as independent of one another.
     pub fn new(u: Vec<Vec<f64>>, y: Vec<f64>, from: usize) -> Signals {
         Signals {
             u,
@@ -65,7 +65,7 @@ impl Signals {
         self.u.first().map_or(&[], Vec::as_slice)
     }
 
-    /// The same samples; errors count as `filter` leaves them, and as independent of one another.
+    /// The same samples; errors count after `filter`, and as independent of one another.
     pub fn through(&self, filter: Vec<f64>) -> Signals {
         Signals {
             from: self.from.max(filter.len() - 1),
@@ -80,7 +80,7 @@ impl Signals {
         self.y.len() - self.from
     }
 
-    /// The first samples, `counted` of which count, or all.
+    /// The first samples, as many that `counted` of them count, or all.
     pub fn head(&self, counted: usize) -> Signals {
         let n = self.y.len().min(self.from.saturating_add(counted));
         Signals {
@@ -104,7 +104,7 @@ impl Signals {
             .sum()
     }
 
-    /// Schwarz's criterion of a sum of squares; it counts as many independent errors as the samples are worth.
+    /// Schwarz's criterion of a sum of squares; the number of independent errors that the samples are worth replaces their number.
     pub fn bic(&self, squares: f64, parameters: usize) -> f64 {
         let samples = self.counted() as f64;
         let n = samples / self.dependence;
@@ -113,8 +113,8 @@ impl Signals {
 
     /// Takes [`dependence`](Self::dependence) from the autocorrelation $\rho$ of the errors of an output: $1 + 2 \sum_j \rho_j^2$.
     ///
-    /// A comparison of two models with errors of this autocorrelation varies as much as one with that many times fewer
-    /// independent errors (Bartlett 1946).
+    /// A comparison of two models with errors of this autocorrelation varies as much as one with independent errors whose number is smaller
+    /// by this factor (Bartlett 1946).
     pub fn set_dependence(&mut self, output: &[f64]) {
         let errors = output.iter().zip(&self.y).skip(self.from);
         let errors: Vec<f64> = errors.map(|(p, y)| p - y).collect();
@@ -133,7 +133,7 @@ impl Signals {
     }
 }
 
-/// A signal at zero mean and unit variance; all zero where it does not vary.
+/// A signal at zero mean and unit variance; all zero if it does not vary.
 pub(in crate::identify) fn standardised(v: &[f64]) -> Vec<f64> {
     let Scale { mean, spread } = Scale::new(v);
     let varies = spread > 0.0 && spread.is_finite();

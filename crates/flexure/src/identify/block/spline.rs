@@ -14,15 +14,15 @@ pub(in crate::identify) struct KinkedSpline {
     pub kinks: Vec<Kink>,
 }
 
-/// `bend` times the positive part of what a point is beyond `at`.
+/// `bend` times the positive part of x - `at`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::identify) struct Kink {
     pub at: f64,
-    /// By how much the slope is larger beyond than before.
+    /// The increase of the slope at the kink.
     pub bend: f64,
 }
 
-/// The derivative whose size breakpoints are shared out by.
+/// The derivative that decides the density of breakpoints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::identify) enum Roughness {
     Second,
@@ -84,7 +84,7 @@ impl KinkedSpline {
         all.fold(start, |[low, high], x| [low.min(*x), high.max(*x)])
     }
 
-    /// The kinks' places within a range, increasing: those outside say nothing of a signal that stays inside.
+    /// The kinks' places within a range, increasing: kinks outside do not affect a signal that stays inside.
     pub fn kinks_within(&self, [low, high]: [f64; 2]) -> Vec<f64> {
         let places = self.kinks.iter().map(|k| k.at);
         let mut within: Vec<f64> = places.filter(|at| (low..=high).contains(at)).collect();
@@ -121,7 +121,7 @@ impl KinkedSpline {
         self.breakpoints().iter().fold(0.0, |m, x| x.abs().max(m))
     }
 
-    /// The B-splines at `x`; beyond the ends their tangents there.
+    /// The B-splines at `x`; beyond the ends, their tangents at the ends.
     pub fn local(&self, x: f64) -> LocalCubics {
         let end = x.clamp(self.knots[0], self.knots[self.knots.len() - 1]);
         let mut local = LocalCubics::new(&self.knots, end);
@@ -191,25 +191,25 @@ impl KinkedSpline {
         }
     }
 
-    /// The index of the middle B-spline, whose place a constant takes in sums with a level of their own.
+    /// The index of the middle B-spline; in sums with their own level, a constant replaces it.
     pub fn middle(&self) -> usize {
         self.c.len() / 2
     }
 
-    /// All B-splines but the middle one at the values of a signal.
+    /// All B-splines except the middle one at the values of a signal.
     pub fn others_at(&self, signal: &[f64]) -> Vec<Vec<f64>> {
         let local: Vec<LocalCubics> = signal.iter().map(|x| self.local(*x)).collect();
         let others = (0..self.c.len()).filter(|j| *j != self.middle());
         others.map(|j| self.by_parameter(j, signal, &local)).collect()
     }
 
-    /// Takes the coefficients of all B-splines but the middle one, which gets none.
+    /// Takes the coefficients of all B-splines except the middle one, whose coefficient becomes zero.
     pub fn set_others(&mut self, mut c: Vec<f64>) {
         c.insert(self.middle(), 0.0);
         self.c = c;
     }
 
-    /// The parameters that the values are linear in, all but the kinks' places.
+    /// The parameters that the values are linear in: all except the kinks' places.
     pub fn linear_parameters(&self) -> impl Iterator<Item = usize> {
         let splines = self.c.len();
         (0..splines).chain((0..self.kinks.len()).map(move |k| splines + 2 * k + 1))
@@ -225,11 +225,11 @@ impl KinkedSpline {
             .for_each(|(kink, bend)| kink.bend = bend);
     }
 
-    /// `intervals + 1` breakpoints that share out the curve's own roughness evenly (de Boor 2001, chapter XII), dense
-    /// where the derivative of the given order is large; a part `even` is shared out evenly over the range.
+    /// `intervals + 1` breakpoints that divide the curve's own roughness evenly (de Boor 2001, chapter XII), dense where the derivative of
+    /// the given order is large. A share `even` of them is spread evenly over the range.
     ///
-    /// The root of the order: with fourth derivatives that is the best density for a smooth curve, with second
-    /// derivatives it finds kinks.
+    /// The density is the root, of the given order, of the derivative's size: with fourth derivatives it is the best one for a smooth
+    /// curve, with second derivatives it finds kinks.
     pub fn denser(&self, intervals: usize, order: Roughness, even: f64) -> Vec<f64> {
         let t = self.breakpoints();
         let n = t.len() - 1;
@@ -284,7 +284,7 @@ impl KinkedSpline {
         let i = t[4..self.c.len()].partition_point(|&k| k <= x);
         let d = |j: usize| 3.0 * (self.c[j] - self.c[j - 1]) / (t[j + 3] - t[j]);
         let dd = |j: usize| 2.0 * (d(j) - d(j - 1)) / (t[j + 2] - t[j]);
-        // Linear in the interval: the two coefficients are its values at the ends.
+        // It is linear in the interval: the two coefficients are its values at the ends.
         let share = (x - t[i + 3]) / (t[i + 4] - t[i + 3]);
         (1.0 - share) * dd(i + 2) + share * dd(i + 3)
     }
@@ -309,8 +309,8 @@ impl KinkedSpline {
     }
 }
 
-/// Breakpoints without those that would leave an interval with fewer than `fewest` of the sorted samples, or one of the
-/// outermost, whose slope goes on beyond the data, with fewer than `fewest_outside`.
+/// Breakpoints such that every interval has at least `fewest` of the sorted samples. The outermost intervals have at least
+/// `fewest_outside`, since their slope continues beyond the data.
 pub(in crate::identify) fn thinned(
     breakpoints: &[f64],
     sorted: &[f64],

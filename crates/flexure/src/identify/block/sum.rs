@@ -17,8 +17,9 @@ use super::sum_starts::{assigned_poles, hammerstein};
 use super::system::{Branch, FreeParts, System};
 use crate::validation::ResidualTests;
 
-/// The best sum of as many branches as `counts` allows: static, linear if the input explains nothing of their error; else linear,
-/// static, linear, if those are better by Schwarz's criterion. Without a start, a static nonlinearity or a constant.
+/// The best sum of branches, with a number of branches in `counts`. The branches are static, linear if the input explains nothing of their
+/// error; otherwise linear, static, linear, if these are better by Schwarz's criterion. Without a start, the result is a static
+/// nonlinearity or a constant.
 pub(in crate::identify) fn find_sum(
     prepared: &Prepared,
     counts: RangeInclusive<usize>,
@@ -41,7 +42,7 @@ struct Best {
     free: FreeParts,
 }
 
-/// A search whose branches all have the same free parts at a time.
+/// A search in which all branches have the same free parts.
 struct Sums<'p, 'a, 'm> {
     prepared: &'p Prepared,
     search: Search<'a, 'm>,
@@ -64,7 +65,7 @@ impl Sums<'_, '_, '_> {
                     continue;
                 };
                 if best.as_ref().is_none_or(|b| sum.squares < b.sum.squares) {
-                    // The better sum's errors are nearer to noise.
+                    // The dependence is taken from the better sum: its errors are nearer to noise.
                     data.set_dependence(&sum.system.run(&data.u));
                 }
                 if best.as_ref().is_some_and(|b| !sum.better(&b.sum, &data)) {
@@ -88,7 +89,7 @@ impl Sums<'_, '_, '_> {
         Some(Best { sum, free })
     }
 
-    /// The best sum of `count` branches; `fewer` is one of a branch less.
+    /// The best sum of `count` branches; `fewer` is a sum with one branch less.
     fn of_count(&mut self, count: usize, fewer: Option<&Candidate>, data: &Signals) -> Option<Candidate> {
         let free = self.search.free;
         if free != FreeParts::HAMMERSTEIN && count == 1 {
@@ -132,8 +133,8 @@ impl Sums<'_, '_, '_> {
         all
     }
 
-    /// Pieces, poles and numerator coefficients of one branch after the other, each fitted to the remainder of the others, then all
-    /// together; while Schwarz's criterion falls.
+    /// Changes pieces, poles and numerator coefficients of one branch after the other, each fitted to the remainder of the others. Then
+    /// fits all together. Repeats this while Schwarz's criterion falls.
     fn improved(&mut self, start: Candidate, data: &Signals) -> Candidate {
         self.search.monitor.stage = Stage::Structure;
         let mut best = start.fitted(data, TRIAL, self.search.monitor);
@@ -147,7 +148,7 @@ impl Sums<'_, '_, '_> {
             }
             best = next;
         }
-        // A kink of one nonlinearity that is mixed into all of them asks for pieces in all at once.
+        // If a kink of one nonlinearity is mixed into all of them, all need more pieces at once.
         for _ in 0..BRANCH_ROUNDS {
             let next = finer(best.clone(), &data, |pieces| 2 * pieces);
             let next = self.search.listed(next, &data, TRIAL.times(2));
@@ -161,7 +162,7 @@ impl Sums<'_, '_, '_> {
 
     fn branch_by_branch(&mut self, sum: &Candidate, data: &Signals) -> Candidate {
         let mut next = sum.clone();
-        // Only sums of all branches go on the list.
+        // Only sums of all branches are listed.
         let listed = self.search.tried.len();
         for i in 0..next.system.branches.len() {
             let others = next.system.branches.iter().enumerate().filter(|(j, _)| *j != i);

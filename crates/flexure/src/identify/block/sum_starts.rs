@@ -1,4 +1,4 @@
-//! Where the search for a sum of branches starts.
+//! The starts of the search for a sum of branches.
 //!
 //! Both starts come from an equation that is linear in the products of a nonlinearity's coefficients and a numerator's. These
 //! unknowns form a matrix whose rank is about the number of branches. Its largest singular parts are the starts. They may mix the
@@ -28,7 +28,7 @@ pub(super) fn hammerstein(data: &Signals, order: usize, count: usize) -> Option<
     Some(Candidate::new(System::sum(all), data))
 }
 
-/// An offset of the sum becomes a level of the first nonlinearity whose back passes one.
+/// An offset of the sum becomes the level of the first nonlinearity whose back passes a constant.
 fn take_offset(branches: &mut [Branch], offset: f64) {
     let gain = |b: &Branch| b.back.static_gain();
     let largest = branches
@@ -69,7 +69,7 @@ struct Assignment {
     score: f64,
 }
 
-/// The poles, one or a pair at a time, which go to the front or the back of a branch; the places are numbered branch by branch.
+/// The poles (single real ones or pairs) to assign to the front or the back of a branch; the places are numbered branch by branch.
 struct Pool<'a> {
     poles: Vec<Root>,
     data: &'a Signals,
@@ -78,7 +78,7 @@ struct Pool<'a> {
 }
 
 impl Pool<'_> {
-    /// From a random assignment, the best move of one group over and over.
+    /// Starts from a random assignment, and repeats the best move of one group.
     fn climbed(&self, seed: u64) -> Option<Assignment> {
         let mut random = Pcg64::seed_from_u64(seed);
         let count = 2 * self.count;
@@ -100,7 +100,7 @@ impl Pool<'_> {
         }
     }
 
-    /// `None` for an assignment that cannot be fitted, and where the work is asked to stop.
+    /// `None` if the assignment cannot be fitted, or if the work is asked to stop.
     fn judged(&self, places: Vec<usize>) -> Option<Assignment> {
         if self.interrupt.is_requested() {
             return None;
@@ -171,7 +171,7 @@ impl AllPole {
         })
     }
 
-    /// Schwarz's criterion, with the parameters of one product a branch.
+    /// Schwarz's criterion, with the parameters of one product for each branch.
     fn score(&self, data: &Signals) -> Option<f64> {
         let solved = self.solve(data)?;
         let each = (solved.parts.iter()).map(|p| p.front.order() + p.back.order() + p.spline.c.len() + p.coefficients);

@@ -1,4 +1,4 @@
-//! The systems that the search works on: a sum of branches that passes a last nonlinearity or none.
+//! The systems that the search works on: a sum of branches, with or without a last nonlinearity.
 //!
 //! $$ X_n = \sum_i \left( o_i + H_i(z) f_i(W^{(i)}_n) \right), \qquad W^{(i)}_n = G_i(z) U^{(i)}_{n - s_i},
 //!    \qquad Y_n = g(X_n) + e_n $$
@@ -36,7 +36,7 @@ pub(in crate::identify) struct Branch {
     pub offset: f64,
 }
 
-/// The numerators, over the denominators of front and back, of the signal's way through an instant between the samples.
+/// The numerators of front and back for an instant between the samples; the denominators are those of front and back.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::identify) struct Between {
     pub front: Vec<f64>,
@@ -88,7 +88,7 @@ impl Branch {
         sum
     }
 
-    /// The output for these inputs, the back from the steady state of the mean of what enters it.
+    /// The output for these inputs; the back starts in the steady state of its input's mean.
     fn run_settled(&self, u: &[Vec<f64>]) -> Vec<f64> {
         let mut sum = self.run(u);
         for (w, Numerators { back, .. }) in self.intermediate(u).zip(self.instants()) {
@@ -138,7 +138,7 @@ impl Branch {
         self.front.b.len() == 1 && self.front.order() == 0 && self.between.is_none()
     }
 
-    /// All parameters but the offset: front, nonlinearity, back, and the numerators for an instant between the samples.
+    /// All parameters except the offset: front, nonlinearity, back, and the numerators for an instant between the samples.
     pub fn parameters(&self) -> Vec<f64> {
         let mut p = self.front.parameters();
         p.extend(self.spline.parameters());
@@ -171,13 +171,13 @@ impl Branch {
 /// Which parameter has the mean of the sum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::identify) enum Level {
-    /// The first branch's nonlinearity; offsets are free only behind a back that hardly passes a constant.
+    /// The first branch's nonlinearity; offsets are free only after a back that hardly passes a constant.
     Nonlinearity,
     /// The first branch's offset.
     Offset,
 }
 
-/// Branches, and what their sum passes.
+/// A sum of branches, and the last nonlinearity, if there is one.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::identify) struct System {
     pub branches: Vec<Branch>,
@@ -187,7 +187,7 @@ pub(in crate::identify) struct System {
 }
 
 impl System {
-    /// Branches whose sum is the output, the mean in the first nonlinearity.
+    /// Branches whose sum is the output; the first nonlinearity has the mean.
     pub fn sum(branches: Vec<Branch>) -> System {
         System {
             branches,
@@ -196,7 +196,7 @@ impl System {
         }
     }
 
-    /// The same with the mean in the first branch's offset.
+    /// The same; the first branch's offset has the mean.
     pub fn with_offsets(branches: Vec<Branch>) -> System {
         System {
             level: Level::Offset,
@@ -204,7 +204,7 @@ impl System {
         }
     }
 
-    /// The sum of the branches: what enters the last nonlinearity.
+    /// The sum of the branches, which enters the last nonlinearity.
     pub fn inner(&self, u: &[Vec<f64>]) -> Vec<f64> {
         self.sum_of(u, Branch::run)
     }
@@ -220,7 +220,7 @@ impl System {
         self.through_output(self.inner(u))
     }
 
-    /// The output for these inputs, every back from the steady state of the mean of what enters it: as a free run of the model.
+    /// The output for these inputs, as in a free run of the model: every back starts in the steady state of its input's mean.
     pub fn run_settled(&self, u: &[Vec<f64>]) -> Vec<f64> {
         self.through_output(self.sum_of(u, Branch::run_settled))
     }
@@ -263,10 +263,10 @@ impl System {
         next
     }
 
-    /// The number of parameters that only one choice fits: all of a branch but three, which fix the scales of its blocks and
-    /// the level of its nonlinearity; one offset; all of the last nonlinearity but its scale and its level.
+    /// The number of identifiable parameters: all of a branch except three (for the scales of its blocks and the level of its
+    /// nonlinearity), one offset, and all of the last nonlinearity except its scale and its level.
     ///
-    /// Branches of one input that share their poles can be mixed, so that the number is then too large; the criterion counts all.
+    /// Branches of one input that share their poles can be mixed, so the number is then too large; the criterion counts all.
     pub fn degrees(&self) -> usize {
         let branches: usize = self.branches.iter().map(|b| b.parameters().len() - 3).sum();
         branches + 1 + self.output.as_ref().map_or(0, |o| o.count() - 2)
@@ -282,7 +282,7 @@ impl System {
 /// One of a system's nonlinearities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::identify) enum Part {
-    /// That of the branch of this index.
+    /// The nonlinearity of the branch of this index.
     Branch(usize),
     /// The last one.
     Output,
@@ -295,7 +295,7 @@ impl System {
         last.chain((0..self.branches.len()).map(Part::Branch)).collect()
     }
 
-    /// The nonlinearity; `None` where there is none of the kind.
+    /// The nonlinearity; `None` if there is none of this kind.
     pub fn spline(&self, part: Part) -> Option<&KinkedSpline> {
         match part {
             Part::Branch(i) => self.branches.get(i).map(|b| &b.spline),
@@ -316,7 +316,7 @@ impl System {
         self.spline(part).map_or(0, KinkedSpline::pieces)
     }
 
-    /// What enters a nonlinearity at the samples that count, without the delay.
+    /// The input of a nonlinearity at the samples that count, without the delay.
     pub fn entering(&self, part: Part, data: &Signals) -> Vec<f64> {
         let entering = match part {
             Part::Branch(i) => self.branches[i].front.run(&data.u[self.branches[i].input]),
@@ -325,7 +325,7 @@ impl System {
         entering[data.from..].to_vec()
     }
 
-    /// Divides what enters a branch's nonlinearity; of the nonlinearity, only the places of its kinks are adapted.
+    /// Divides the input of a branch's nonlinearity. Of the nonlinearity, only the places of its kinks are adapted.
     pub fn divide_front(&mut self, branch: usize, divisor: f64) {
         let Some(branch) = self.branches.get_mut(branch) else {
             return;

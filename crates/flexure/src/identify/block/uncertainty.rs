@@ -1,10 +1,10 @@
 //! How uncertain the blocks of a fit are: standard errors of coefficients, bands of nonlinearities.
 //!
-//! The covariance of the parameters is that of nonlinear least squares. Where the error is coloured, it is $\sigma^2 G^{-1} M G^{-1}$ with
-//! the normal matrix G of the derivatives and that of the derivatives coloured as the error, M; for generalised least squares,
-//! $\sigma^2 W^{-1}$ with the normal matrix W of the whitened derivatives (Ljung 1999, section 9.4). What is reported of the blocks, in the
-//! record's units and the conventional scale, follows from the parameters; its covariance, from its derivatives by them (the delta method),
-//! which differences give.
+//! The covariance of the parameters is that of nonlinear least squares. For a coloured error it is $\sigma^2 G^{-1} M G^{-1}$: G is the
+//! normal matrix of the derivatives, M that of the derivatives with the colour of the error. For generalised least squares it is $\sigma^2
+//! W^{-1}$ with the normal matrix W of the whitened derivatives (Ljung 1999, section 9.4). The reported numbers of the blocks, in the
+//! record's units and the conventional scale, are functions of the parameters. Their covariance follows by the delta method, with
+//! derivatives by differences.
 
 use super::descent::{Residuals, Whitened};
 use super::efficient::{matrix_product, whitening_filter};
@@ -26,7 +26,7 @@ pub(in crate::identify) struct Uncertainty {
 }
 
 impl Uncertainty {
-    /// Of parameters in which least squares ended, or generalised least squares. `None` where the samples do not determine them.
+    /// The uncertainty of parameters at the minimum of (generalised) least squares. `None` if the samples do not determine them.
     pub fn new(problem: &impl Residuals, at: Vec<f64>) -> Option<Self> {
         let plain = problem.linearise(&at);
         let equations = |at: &Linearisation, from| normal_equations(&at.residuals, &at.jacobian, from);
@@ -54,7 +54,8 @@ impl Uncertainty {
         })
     }
 
-    /// Of parameters in which a sum of `counted` squares ended; `dependence` of them carry as much information as one that is independent.
+    /// The uncertainty of parameters at the minimum of a sum of `counted` squares. `dependence` squares together carry as much information
+    /// as one independent square.
     pub fn of_independent(
         parameters: Vec<f64>,
         equations: &NormalEquations,
@@ -70,7 +71,7 @@ impl Uncertainty {
         })
     }
 
-    /// Numbers that follow from the parameters. `None` where they have no derivatives.
+    /// Numbers that are functions of the parameters. `None` if they have no derivatives.
     pub fn of(&self, numbers: impl Fn(&[f64]) -> Option<Vec<f64>> + Sync) -> Option<Derived<'_>> {
         let n = self.parameters.len();
         let derivative = |p: usize| {
@@ -92,18 +93,18 @@ impl Uncertainty {
     }
 }
 
-/// How much of the sum of squares a Gauss-Newton step would still take, as a share.
+/// The share of the sum of squares that a further Gauss-Newton step would remove.
 fn relative_decrement(equations: &NormalEquations) -> Option<f64> {
     let step = UnitDiagonal::new(equations).solve(&equations.descent, |d| d)?;
     let fall: f64 = step.iter().zip(&equations.descent).map(|(s, d)| s * d).sum();
     Some(fall / equations.cost)
 }
 
-/// Numbers that follow from parameters, by their derivatives.
+/// Functions of parameters, with their derivatives.
 pub(in crate::identify) struct Derived<'a> {
-    /// By each parameter, of all numbers.
+    /// For each parameter, the derivatives of all numbers.
     derivatives: Vec<Vec<f64>>,
-    /// The parameters'.
+    /// The parameters' covariance.
     covariance: &'a [f64],
 }
 
@@ -128,10 +129,10 @@ pub(in crate::identify) struct Band {
 }
 
 impl Band {
-    /// What a band is that the parameters' covariance gives.
+    /// The description of a band from the parameters' covariance.
     pub const LABEL: &str = "95 % pointwise, for this structure and these breakpoints";
 
-    /// Of the numbers from `first` on: a curve at these points.
+    /// The band of a curve at these points; its values are the numbers from `first` on.
     pub fn new(x: Vec<f64>, derived: &Derived<'_>, first: usize) -> Self {
         let width = |i: usize| NORMAL_95 * derived.standard_error(first + i);
         Band {
@@ -156,7 +157,7 @@ impl Band {
     }
 }
 
-/// Gives the blocks of a system's paths standard errors and bands, where the samples determine them; `paths_of` makes the paths of a system.
+/// Gives the blocks of a system's paths standard errors and bands, if the samples determine them; `paths_of` makes the paths of a system.
 pub(in crate::identify) fn add_errors(
     paths: &mut [Path],
     system: &System,
@@ -188,9 +189,9 @@ fn kinds(paths: &[Path]) -> impl Iterator<Item = &BlockKind> {
     paths.iter().flat_map(|path| &path.blocks).map(|block| &block.kind)
 }
 
-/// The numbers that describe a block, and are given errors.
+/// The numbers that describe a block and get errors.
 enum Shape {
-    /// A curve at these points, and so many kinks.
+    /// A curve at these points, and the number of its kinks.
     Curve {
         x: Vec<f64>,
         kinks: usize,
@@ -251,7 +252,7 @@ impl Shape {
         }
     }
 
-    /// Gives a block what follows from the numbers from `first` on.
+    /// Gives a block the errors of its numbers, which begin at `first`.
     fn add_errors(&self, kind: &mut BlockKind, derived: &Derived<'_>, first: usize) {
         match (self, kind) {
             (Shape::Curve { x, kinks }, BlockKind::Static(block)) => {

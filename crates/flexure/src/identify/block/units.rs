@@ -12,23 +12,23 @@ use crate::linear::TransferFunction;
 use crate::nonlinearity::{Curve, Outside};
 use crate::sort;
 
-/// Evenly spaced points, as many as a tabulated nonlinearity has besides its breakpoints.
+/// Evenly spaced points: those of a tabulated nonlinearity in addition to its breakpoints.
 fn even(low: f64, high: f64) -> impl Iterator<Item = f64> {
     (0..CURVE_POINTS).map(move |i| low + (high - low) * i as f64 / (CURVE_POINTS - 1) as f64)
 }
 
-/// Where a nonlinearity is tabulated over a range: at evenly spaced points, and at its breakpoints and kinks.
+/// The points at which a nonlinearity is tabulated over a range: evenly spaced ones, its breakpoints and its kinks.
 fn abscissas(spline: &KinkedSpline, [low, high]: [f64; 2]) -> Vec<f64> {
     let mut at: Vec<f64> = even(low, high).chain(spline.breakpoints().iter().copied()).collect();
     at.extend(spline.kinks_within([low, high]));
     at.sort_unstable_by(f64::total_cmp);
-    // Points nearer than this have a slope between them that is rounding, and the last one goes on beyond the ends.
+    // The slope between points nearer than this is rounding error, and the outermost slope continues beyond the ends.
     let nearest = 1e-9 * (high - low);
     at.dedup_by(|b, a| *b - *a <= nearest);
     at
 }
 
-/// The table of a nonlinearity at these points, straight on beyond its ends; both functions are applied to the points.
+/// The table of a nonlinearity at these points, with straight lines beyond its ends; both functions are applied to the points.
 fn table(
     points: impl Iterator<Item = f64>,
     abscissa: impl Fn(f64) -> f64,
@@ -55,10 +55,10 @@ pub(in crate::identify) struct Blocks {
     pub back: TransferFunction,
     /// Front, nonlinearity and back of a second branch, whose output is added.
     ///
-    /// A nonlinearity in continuous time bends the signal between the samples too, which sampling folds back into the output's
-    /// band. The second front has the poles of the first and gives the intermediate signal at an instant between the samples,
-    /// half-way at the start of the search; the second back has the poles of the first. The static gains of both backs then sum
-    /// to one. The nonlinearity is the same again; its abscissas differ if the input has a mean and the fronts' static gains differ.
+    /// A nonlinearity in continuous time bends the signal between the samples too, and sampling folds this back into the output's band. The
+    /// second front has the poles of the first and gives the intermediate signal at an instant between the samples, half-way at the start
+    /// of the search; the second back has the poles of the first. The static gains of both backs then sum to one. The nonlinearity is the
+    /// same; its abscissas differ if the input has a mean and the fronts' static gains differ.
     pub between_samples: Option<[BlockKind; 3]>,
     pub offset: f64,
 }
@@ -66,14 +66,14 @@ pub(in crate::identify) struct Blocks {
 impl Blocks {
     /// The branch of prepared signals; the delay goes to the front.
     ///
-    /// The nonlinearity is tabulated where the fit's samples are and where it has breakpoints.
+    /// The nonlinearity is tabulated over the range of the fit's samples and its breakpoints.
     pub fn new(s: &Branch, prepared: &Prepared) -> Result<Blocks> {
         let Prepared { output, data, .. } = prepared;
         let delay = prepared.delay + s.delay;
         let input = prepared.inputs[s.input];
         let front_gain = Gain::conventional(&s.front, delay)?;
         let back_gain = Gain::conventional(&s.whole_back(), 0)?;
-        // The scaled front's output is (gain / spread) times the new one's, less what the input's mean contributes.
+        // The scaled front's output is (gain / spread) times the new one's, less the contribution of the input's mean.
         let abscissa =
             |x: f64, front: &Rational| x * input.spread / front_gain.value + front.static_gain() * input.mean;
         let offset = output.mean + output.spread * s.offset;
@@ -139,14 +139,14 @@ impl Blocks {
     }
 }
 
-/// What a linear block is divided by in the conventional scale.
+/// The divisor of a linear block in the conventional scale.
 struct Gain {
     value: f64,
     is_static: bool,
 }
 
 impl Gain {
-    /// The static gain, or the peak gain where that is hardly any; 1 for a block that passes nothing.
+    /// The static gain, or the peak gain if the static gain is nearly zero; 1 for a block that passes nothing.
     fn conventional(g: &Rational, delay: usize) -> Result<Gain> {
         let system = g.transfer_function(delay)?;
         let step = std::f64::consts::PI / (GAIN_FREQUENCIES - 1) as f64;
@@ -159,7 +159,7 @@ impl Gain {
                 is_static: true,
             });
         }
-        // The sign of the impulse response where it is largest.
+        // The sign of the largest value of the impulse response.
         let response = system.impulse_response(g.settling(0.01).min(10_000));
         let largest = (response.iter()).fold(0.0_f64, |m, v| if v.abs() > m.abs() { *v } else { m });
         let usable = peak.is_finite() && peak > 0.0;
@@ -169,13 +169,13 @@ impl Gain {
         })
     }
 
-    /// The numerator divided by the gain over the poles of a system.
+    /// A transfer function: the numerator divided by the gain, over the poles of a system.
     fn divided(&self, b: &[f64], g: &Rational) -> Rational {
         g.with_numerator(b.iter().map(|b| b / self.value).collect())
     }
 }
 
-/// A linear block in the conventional scale, and what it was divided by.
+/// A linear block in the conventional scale, and its divisor.
 pub(in crate::identify) struct Normalised {
     pub linear: TransferFunction,
     pub gain: f64,
@@ -192,7 +192,7 @@ impl Normalised {
     }
 }
 
-/// A nonlinearity as a table over what enters it; at its levels alone where these are few, as nothing is known of it elsewhere. Both
+/// A nonlinearity as a table over its input. If the input has few levels, the table has only these, since nothing is known elsewhere. Both
 /// functions are applied to the spline's own coordinates.
 pub(in crate::identify) fn tabulated(
     spline: &KinkedSpline,
@@ -232,7 +232,7 @@ mod tests {
     fn a_table_goes_on_as_its_curve_does() {
         let entering: Vec<f64> = (0..=50).map(|i| -1.3 + f64::from(i) * 0.1).collect();
         let last = entering[50];
-        // An end that is the samples' but for rounding, and kinks beyond the breakpoints, one of them beyond the samples.
+        // An end that differs from the samples' only by rounding, and kinks beyond the breakpoints, one of them beyond the samples.
         let spline = straight(
             &[-1.3, 0.4, last * (1.0 - 3e-14)],
             &[(3.2, -1.0), (20.0, 5.0), (-9.0, 0.0)],
@@ -251,7 +251,7 @@ mod tests {
     #[test]
     fn of_few_levels_only_these_are_tabulated() {
         let mut spline = straight(&[-1.0, 1.0], &[]);
-        // What two levels leave open.
+        // The coefficients that two levels do not determine.
         (spline.c[1], spline.c[2]) = (1e90, -1e90);
         let found = table_of(&spline, &[1.0, -1.0, -1.0, 1.0]);
         assert_eq!(found.curve.x(), [-3e-7, 3e-7]);

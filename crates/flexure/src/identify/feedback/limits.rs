@@ -1,11 +1,11 @@
-//! Every threshold of the search for a loop, in the order of its steps. Where no source is given, it is a convention: a choice that no
+//! Every threshold of the search for a loop, in the order of its steps. A threshold without a source is a convention: a choice that no
 //! reference or measurement decided.
 
 use crate::identify::block::StopRule;
 
 /// At most this many samples, the last ones, are fitted; more only cost memory.
 pub const MOST_SAMPLES: usize = 200_000;
-/// Samples that starts are made on, and that the structure is chosen on.
+/// Samples for the starts, and for the choice of the structure.
 pub const START_SAMPLES: usize = 2_500;
 pub const STRUCTURE_SAMPLES: usize = 8_000;
 
@@ -14,20 +14,21 @@ pub const FARTHEST: f64 = 100.0;
 
 /// The largest order.
 pub const LARGEST_ORDER: usize = 6;
-/// Orders in a row that are tried although Schwarz's criterion rises.
+/// How many orders in a row are tried although Schwarz's criterion rises.
 pub const WORSE_ORDERS: usize = 2;
-/// Pieces of the nonlinearity that the starts are made with.
+/// Pieces of the starts' nonlinearity.
 pub const START_PIECES: usize = 7;
 /// Passes of the Steiglitz-McBride iteration of a start.
 pub const PASSES: usize = 3;
-/// Shares of the correction by the last prediction error with which a start is fitted, one after the other: with all of it the equation
-/// error is fitted, with none the simulation error, whose landscape is much rougher. As windows that lengthen (Ribeiro et al. 2020).
+/// Shares of the correction by the last prediction error with which a start is fitted, one after the other: the whole correction gives the
+/// equation error, none the simulation error, which has many more local minima. The effect is like that of lengthening windows (Ribeiro et
+/// al. 2020).
 pub const CORRECTIONS: [f64; 4] = [0.4, 0.15, 0.05, 0.0];
-/// Steps with all of these shares but the last.
+/// Steps with all of these shares except the last.
 pub const CORRECTED: StopRule = StopRule::new(5, 1e-3);
-/// The most directions in the state space of the linear approximation that a hidden signal is looked for in.
+/// The most directions, in the state space of the linear approximation, in which a hidden signal is looked for.
 pub const MOST_DIRECTIONS: usize = 12;
-/// The starts of every order that are refined; the orders whose best one is refined further, and its pieces then.
+/// How many starts of every order are refined; for how many orders the best one is refined further, and its pieces then.
 pub const REFINED: usize = 3;
 pub const KEPT: usize = 3;
 pub const KEPT_PIECES: usize = 12;
@@ -36,7 +37,7 @@ pub const KEPT_PIECES: usize = 12;
 pub const ROUGH: StopRule = StopRule::new(10, 1e-3);
 pub const TRIAL: StopRule = StopRule::new(15, 1e-4);
 pub const LAST: StopRule = StopRule::new(20, 1e-6);
-/// Last minimisations one after the other, each in coordinates of its own.
+/// How many last minimisations follow each other, each in its own coordinates.
 pub const RESTARTS: usize = 2;
 
 /// Numbers of pieces that are tried.
@@ -50,7 +51,7 @@ pub const FEWEST_IN_PIECE: usize = 15;
 /// The most kinks.
 pub const MOST_KINKS: usize = 4;
 
-/// A signal that explains this share of z's variance names it.
+/// z is named after a signal that explains this share of its variance.
 pub const NAMING_SHARE: f64 = 0.9;
 /// A static gain passes a constant if it is at least this share of the root of the impulse response's sum of squares,
 pub const PASSES_CONSTANT: f64 = 0.05;
@@ -58,7 +59,7 @@ pub const PASSES_CONSTANT: f64 = 0.05;
 pub const SMALLEST_GAIN: f64 = 0.003;
 /// Samples of these impulse responses.
 pub const RESPONSE: usize = 500;
-/// A polynomial goes on beyond its data by this share of their range on either side; then straight.
+/// A polynomial continues beyond its data by this share of their range on either side; beyond that it is straight.
 pub const CONTINUED_SHARE: f64 = 0.5;
 
 /// Eigenvalues of the projector onto redundant directions below this share of the largest count as zero: rounding.

@@ -1,4 +1,4 @@
-//! The simulation error of a loop and its exact derivatives, by one recursion beside the simulation.
+//! The simulation error of a loop and its exact derivatives, by one recursion along with the simulation.
 //!
 //! With the slope f' at z the derivatives by a parameter p obey
 //!
@@ -7,7 +7,7 @@
 //! dx' = A dx + Bw dw + (dA x + dBu u + dBw w)
 //! dy = Cy dx + Dyw dw + (dCy x + dDyu u + dDyw w + do)
 //! ```
-//! and while the state is corrected by K (y_measured - y), dx' has - K dy besides.
+//! While the state is corrected by K (y_measured - y), dx' has the further term - K dy.
 //!
 //! A system can be written in many ways (see `system`). Steps are taken in the directions that are orthogonal to all of them
 //! (McKelvey, Helmersson & Ribarits 2004, "data driven local coordinates"): the parameters here are coordinates along an orthonormal
@@ -20,7 +20,7 @@ use crate::linalg;
 use crate::linear::levenberg_marquardt::Linearisation;
 use crate::wide::widest;
 
-/// The simulation error of a loop near where it is.
+/// The simulation error of a loop near its present parameters.
 pub(super) struct LoopError<'a> {
     data: &'a Observed,
     at: Loop,
@@ -110,7 +110,7 @@ fn identifiable_directions(at: &Loop) -> Basis {
     }
 }
 
-/// Directions that leave the output as it is, to first order, or that a convention forbids: the other ways to write the same system.
+/// Directions that do not change the output to first order, or that a convention forbids: the other ways to write the same system.
 fn redundant_directions(at: &Loop) -> Vec<Vec<f64>> {
     let mut all = changes_of_state(at);
     all.extend([scale_of_w(at), moved_slope(at), level(at)]);
@@ -142,7 +142,7 @@ fn changes_of_state(at: &Loop) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// f, and so w, in another unit; what w drives makes up for it.
+/// f, and so w, in another unit; the matrices that w enters compensate.
 fn scale_of_w(at: &Loop) -> Vec<f64> {
     let (l, mut d) = (at.layout(), vec![0.0; at.count()]);
     (0..at.order()).for_each(|i| d[l.bw(i)] = at.bw[i]);
@@ -183,7 +183,7 @@ fn scale_of_z(at: &Loop) -> Vec<f64> {
     d
 }
 
-/// Where z is a multiple of y: it stays the same multiple, and y has no direct part of w.
+/// If z is a multiple of y, it stays the same multiple, and y has no direct part of w.
 fn ties_to_the_output(at: &Loop) -> Vec<Vec<f64>> {
     let (l, scale) = (at.layout(), at.scale_of_entering());
     let of = |entries: &[(usize, f64)]| {
@@ -198,7 +198,7 @@ fn ties_to_the_output(at: &Loop) -> Vec<Vec<f64>> {
 }
 
 impl Loop {
-    /// z over y, where z is a multiple of y.
+    /// z over y, if z is a multiple of y.
     pub fn scale_of_entering(&self) -> f64 {
         let product = dot(&self.cz, &self.cy) + self.dzu * self.dyu;
         product / (dot(&self.cy, &self.cy) + self.dyu * self.dyu)
@@ -264,9 +264,9 @@ struct Derivatives<'a> {
     system: &'a Loop,
     basis: &'a Basis,
     layout: Layout,
-    /// Of the state, a row a state.
+    /// The derivatives of the state, one row for each state.
     dx: Vec<f64>,
-    /// Of the next state.
+    /// The derivatives of the next state.
     next: Vec<f64>,
     dz: Vec<f64>,
     dw: Vec<f64>,
@@ -291,7 +291,7 @@ impl<'a> Derivatives<'a> {
         }
     }
 
-    /// An experiment begins: its initial state is its state.
+    /// Begins an experiment with its initial state.
     fn start(&mut self, experiment: usize) {
         let (n, columns) = (self.system.order(), self.dz.len());
         self.dx.fill(0.0);
@@ -352,7 +352,7 @@ impl<'a> Derivatives<'a> {
         add(&mut self.dy[..m], 1.0, self.basis.row(l.offset()));
     }
 
-    /// dx' = A dx + Bw dw + (dA x + dBu u + dBw w), less K dy where the output was `measured`.
+    /// dx' = A dx + Bw dw + (dA x + dBu u + dBw w), less K dy if the output was `measured`.
     #[inline(always)]
     fn step(&mut self, s: &Sample<'_>, u: f64, measured: bool) {
         let (n, m, l, columns) = (s.x.len(), self.basis.directions, self.layout, self.dz.len());

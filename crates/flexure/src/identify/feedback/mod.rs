@@ -2,20 +2,21 @@
 //!
 //! $$ x_{k+1} = A x_k + B_u u_k + B_w f(z_k), \quad z_k = C_z x_k + D_{zu} u_k, \quad
 //!    Y_k = C_y x_k + D_{yu} u_k + D_{yw} f(z_k) + e_k $$
-//! contains every structure with one nonlinearity: friction brakes the velocity that it acts on, a spring turns the angle that it hangs
-//! on. From the record alone:
+//! contains every structure with one nonlinearity: friction brakes the velocity that it depends on, a spring acts on the angle that it
+//! depends on. The method uses the record alone:
 //!
 //! | step | file |
 //! |---|---|
 //! | 1. linear approximations of orders 1 to 6 by the output error | `block` |
 //! | 2. starts: guesses of z; f and the linear part by the equation error with B-splines of the guess | `starts` |
 //! | 3. the simulation error over all parameters by Levenberg-Marquardt, with exact derivatives along the directions that change the output | `system`, `loss` |
-//! | 4. the best of several orders by Schwarz's criterion; then pieces of f, kinks on very strong evidence, and whether z is the output or a signal of its own | `search` |
+//! | 4. the best of several orders by Schwarz's criterion; then pieces of f, kinks on very strong evidence, and whether z is the output or
+//! a hidden signal | `search` |
 //! | 5. a last refinement on all samples | `search` |
-//! | 6. the record's units, and the one f of all that give the same output: the input that holds z | `units` |
+//! | 6. the record's units, and a unique f among all that give the same output: the input that holds z | `units` |
 //!
-//! A loop that runs away on any part of the record, fitted or not, is not returned. One whose error is far larger after a restart
-//! in the middle of the record gives way to the simplest that survives it.
+//! A loop that runs away on any part of the record, fitted or not, is not returned. If a loop's error is far larger after a restart in the
+//! middle of the record, the simplest loop without this problem replaces it.
 
 mod limits;
 mod loss;
@@ -103,7 +104,7 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
         if stays(&units.model, samples.input(), output) || best.origin == NOTHING {
             break units;
         }
-        // A loop that runs away from its steady state goes on straight, or is none.
+        // If a loop runs away from its steady state, its nonlinearity is continued straight, or the loop is dropped.
         (best, may_continue) = match may_continue {
             true => (best, false),
             false => (nothing().best, true),
@@ -137,7 +138,7 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     })
 }
 
-/// The start of what is no loop.
+/// The name of the start if there is no loop.
 const NOTHING: &str = "nothing";
 
 /// Whether a free run stays near the output's range.
@@ -176,7 +177,7 @@ fn nothing() -> LoopSearchResult {
     }
 }
 
-/// What enters the nonlinearity, which f stands for all, where it was seen, and the order.
+/// The details: the input of the nonlinearity, the convention for f, the range where it was seen, and the order.
 fn details(units: &InUnits, best: &LoopCandidate, approximations: &[f64], output: &str) -> Vec<Detail> {
     let (key, entering) = match units.signal {
         Signal::Output => ("output", format!("'{output}', the output fed back")),

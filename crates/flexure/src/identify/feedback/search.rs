@@ -1,4 +1,4 @@
-//! The search: starts of several orders, the best of them refined, then pieces, kinks and what enters the nonlinearity.
+//! The search: starts of several orders, the best of them refined, then pieces, kinks and the input of the nonlinearity.
 
 use super::limits::{
     CORRECTED, CORRECTIONS, FEWEST_IN_PIECE, FINE_PIECES, KEPT, KEPT_PIECES, LARGEST_ORDER, LAST, MOST_KINKS, PIECES,
@@ -25,10 +25,10 @@ pub(super) struct LoopCandidate {
     pub origin: &'static str,
 }
 
-/// The samples that candidates are compared on.
+/// The samples on which candidates are compared.
 struct Judge<'a> {
     data: &'a Observed,
-    /// This many samples carry as much information as one whose error is independent of the others'.
+    /// This many samples carry as much information as one with an independent error.
     dependence: f64,
 }
 
@@ -62,7 +62,7 @@ pub(super) struct LoopSearchResult {
     pub tried: Vec<Values>,
     /// The relative errors of the linear approximations of order 1, 2, ...
     pub approximations: Vec<f64>,
-    /// This many samples carry as much information as one whose error is independent of the others'.
+    /// This many samples carry as much information as one with an independent error.
     pub dependence: f64,
 }
 
@@ -73,7 +73,7 @@ pub(super) struct Search<'a, 'm> {
     pub whole: &'a Observed,
     pub monitor: &'a mut Monitor<'m>,
     pub tried: Vec<Values>,
-    /// What was tried and does not run away.
+    /// All tried loops that do not run away.
     pub seen: Vec<LoopCandidate>,
 }
 
@@ -142,7 +142,7 @@ impl Search<'_, '_> {
         all
     }
 
-    /// Fitted to more samples, with more pieces and with a hidden signal where that is better.
+    /// Fits a candidate to more samples, and tries more pieces and a hidden signal.
     fn refine(&mut self, c: LoopCandidate, judge: &Judge<'_>) -> LoopCandidate {
         let c = self.fit_and_list(c, judge.data, TRIAL);
         let finer = self.with_pieces(&c, KEPT_PIECES, judge, None);
@@ -178,7 +178,7 @@ impl Search<'_, '_> {
         fitted.filter(|c| c.squares.is_finite()).collect()
     }
 
-    /// Fitted with less and less correction of the state, in the end with none.
+    /// Fits with less and less correction of the state, in the end with none.
     fn fit_with_less_correction(&mut self, mut c: LoopCandidate, data: &Observed) -> LoopCandidate {
         c.system = c.system.corrected(CORRECTIONS[0]);
         for pair in CORRECTIONS.windows(2) {
@@ -191,7 +191,7 @@ impl Search<'_, '_> {
         self.fit_and_list(c, data, ROUGH)
     }
 
-    /// All parameters fitted from where they are; on the list.
+    /// Fits all parameters from their present values, and adds the result to the list.
     fn fit_and_list(&mut self, c: LoopCandidate, data: &Observed, rule: StopRule) -> LoopCandidate {
         let mut next = self.fit(c, data, rule);
         if !next.system.squares(self.whole).is_finite() {
@@ -211,7 +211,7 @@ impl Search<'_, '_> {
         next
     }
 
-    /// The best candidate, or the simplest of those tried that survives a restart in the middle of the record where it does not.
+    /// The best candidate; if its error is far larger after a restart in the middle of the record, the simplest one without this problem.
     fn one_that_restarts(&self, best: LoopCandidate) -> LoopCandidate {
         let data = self.data;
         let restarted = data.restarted();
@@ -250,7 +250,7 @@ impl Search<'_, '_> {
         c
     }
 
-    /// Other numbers of pieces, while Schwarz's criterion falls.
+    /// Tries other numbers of pieces while Schwarz's criterion falls.
     fn choose_pieces(&mut self, mut best: LoopCandidate, judge: &Judge<'_>) -> LoopCandidate {
         let fine = self
             .with_pieces(&best, FINE_PIECES, judge, None)
@@ -281,7 +281,8 @@ impl Search<'_, '_> {
         best
     }
 
-    /// The same loop with the nonlinearity on other breakpoints: dense where it is rough, or, if `shape` is given, where that bends.
+    /// The same loop with the nonlinearity on other breakpoints: dense where the nonlinearity is rough, or, if `shape` is given, where that
+    /// curve bends.
     fn with_pieces(
         &self,
         c: &LoopCandidate,
@@ -323,7 +324,7 @@ impl Search<'_, '_> {
         })
     }
 
-    /// With a signal of its own entering the nonlinearity, if that lowers Schwarz's criterion.
+    /// Lets a hidden signal enter the nonlinearity, if that lowers Schwarz's criterion.
     fn try_hidden(&mut self, best: LoopCandidate, judge: &Judge<'_>) -> LoopCandidate {
         if best.system.entering == Entering::Hidden {
             return best;
@@ -334,7 +335,7 @@ impl Search<'_, '_> {
         if judge.better(&free, &best) { free } else { best }
     }
 
-    /// Kinks, one after the other, on very strong evidence.
+    /// Adds kinks, one after the other, on very strong evidence.
     fn add_kinks(&mut self, best: LoopCandidate, judge: &Judge<'_>) -> LoopCandidate {
         let mut kinked: Option<LoopCandidate> = None;
         for pieces in [1, 3] {
@@ -376,7 +377,7 @@ pub(super) fn on_breakpoints(spline: &KinkedSpline, at: &[f64], z: &[f64]) -> Op
     next.c.iter().all(|c| c.is_finite()).then_some(next)
 }
 
-/// A kink more, at the place at which its bend explains most of the error that all other parameters leave, to first order.
+/// Adds a kink at the place where, to first order, its bend explains most of the error that all other parameters leave.
 fn with_kink(c: &LoopCandidate, judge: &Judge<'_>) -> Option<LoopCandidate> {
     let few = judge.data.head(START_SAMPLES);
     let mut sorted = c.system.entering(&few)?;
@@ -395,7 +396,7 @@ fn with_kink(c: &LoopCandidate, judge: &Judge<'_>) -> Option<LoopCandidate> {
     }
     let (moved, _) = tried.into_iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
     let bend = *moved.spline.kinks.last()?;
-    // The whole step where the loop bears it, else its kink alone.
+    // The whole step if the loop stays stable with it, otherwise its kink alone.
     let mut alone = c.system.clone();
     alone.spline.kinks.push(Kink { bend: 0.0, ..bend });
     let systems = [moved, alone].into_iter();

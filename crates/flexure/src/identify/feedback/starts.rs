@@ -1,19 +1,18 @@
-//! Where the search for a loop starts.
+//! The starts of the search for a loop.
 //!
 //! With a guess of the signal $z_k$ that enters the nonlinearity the equation error
 //! $$ A(q)\, y_k = B(q)\, u_k + \sum_j C_j(q)\, \varphi_j(z_k) + c $$
-//! is linear in its unknowns; the $\varphi_j$ are B-splines less their lines over the data, which A and B have already. Filtering by
-//! 1/A (Steiglitz and McBride 1965) makes it a simulation error in all but z. The dominant product of the $C_j$ gives the one
-//! numerator and the spline (Bai 1998). Guesses of z are the measured output, its difference, the input, and directions in the state
-//! space of the best linear approximation (the latent route of Floren, Noel & Swevers 2025, with a few fixed directions
-//! instead of a smoother).
+//! is linear in its unknowns; the $\varphi_j$ are B-splines less their lines over the data, since A and B already contain lines. Filtering
+//! by 1/A (Steiglitz and McBride 1965) makes it a simulation error, except for z. The dominant product of the $C_j$ gives the one numerator
+//! and the spline (Bai 1998). Guesses of z are the measured output, its difference, the input, and directions in the state space of the
+//! best linear approximation (the latent route of Floren, Noel & Swevers 2025, with a few fixed directions instead of a smoother).
 
 use super::limits::{CORRECTIONS, MOST_DIRECTIONS, PASSES, START_PIECES};
 use super::system::{Entering, Loop, Observed};
 use crate::identify::block::{KinkedSpline, Rational, delayed, dominant_products, least_squares};
 use crate::linear::correlation::mean;
 
-/// A guess of what enters the nonlinearity.
+/// A guess of the nonlinearity's input.
 pub(super) struct Guess {
     pub name: &'static str,
     pub z: Vec<f64>,
@@ -61,7 +60,7 @@ fn directions(n: usize) -> Vec<Vec<f64>> {
     all
 }
 
-/// The states of a linear system under the input, not correlated and of unit variance.
+/// The states of a linear system under the input, uncorrelated and of unit variance.
 fn linear_states(data: &Observed, linear: &Rational) -> Vec<Vec<f64>> {
     let spline = KinkedSpline::new(&[-1.0, 1.0]);
     let Some(system) = realised(linear, &[0.0], spline, 0.0) else {
@@ -69,7 +68,7 @@ fn linear_states(data: &Observed, linear: &Rational) -> Vec<Vec<f64>> {
     };
     let balanced = system.corrected(0.0).balanced(data);
     let mut states = vec![Vec::with_capacity(data.u.len()); balanced.order()];
-    // One that runs away has no states at the end of the record.
+    // A system that runs away has no states at the end of the record.
     match balanced.run(data, |s| states.iter_mut().zip(s.x).for_each(|(own, x)| own.push(*x))) {
         true => states,
         false => Vec::new(),
@@ -138,7 +137,7 @@ pub(super) fn start(data: &Observed, guess: &Guess, order: usize) -> Option<Star
 /// B-splines of a signal less their lines.
 struct Bends {
     columns: Vec<Vec<f64>>,
-    /// Which B-spline every column is, and its line.
+    /// The B-spline of every column, and its line.
     lines: Vec<Line>,
 }
 
@@ -158,7 +157,7 @@ impl Bends {
             columns: Vec::new(),
             lines: Vec::new(),
         };
-        // All B-splines together are a constant, and with their abscissas as weights a line: two of them are left out.
+        // The sum of all B-splines is a constant, and with their abscissas as weights it is a line: so two of them are left out.
         for j in (0..spline.c.len()).filter(|j| *j != middle && *j + 1 != middle) {
             let values = spline.by_parameter(j, z, &local);
             let found = least_squares(&values, &base, 0)?.coefficients;
@@ -188,7 +187,7 @@ impl Bends {
     }
 }
 
-/// What one pass finds.
+/// The result of one pass.
 struct Pass {
     linear: Rational,
     /// The numerator from the nonlinearity, from lag 0 on, and the columns' weights.
@@ -223,7 +222,7 @@ fn pass(data: &Observed, bends: &Bends, order: usize, first: usize, filter: &Rat
     })
 }
 
-/// The loop that a pass has found, judged by its predictions with a part of the correction, so that it hardly runs away.
+/// The loop that a pass has found, judged by its predictions with a part of the correction, so that it rarely runs away.
 fn closed(data: &Observed, guess: &Guess, spline: &KinkedSpline, bends: &Bends, pass: &Pass) -> Option<Start> {
     let spline = bends.combined(spline, &pass.weights);
     let offset = if pass.constant.is_finite() { pass.constant } else { 0.0 };
@@ -237,7 +236,7 @@ fn closed(data: &Observed, guess: &Guess, spline: &KinkedSpline, bends: &Bends, 
     squares.is_finite().then_some(Start { system, squares })
 }
 
-/// How a guess is seen in the states and the input of the open loop: the least-squares weights.
+/// The least-squares weights of a guess on the states and the input of the open loop.
 fn seen(data: &Observed, guess: &Guess, system: &Loop) -> Option<(Vec<f64>, f64)> {
     let n = system.order();
     let mut columns = vec![Vec::with_capacity(data.u.len()); n];

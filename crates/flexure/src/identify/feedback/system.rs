@@ -4,7 +4,7 @@
 //!    z_k = C_z x_k + D_{zu} u_k, \quad w_k = f(z_k) $$
 //!
 //! The same system can be written in many ways. A change of state, the scales of z and w, a slope that moves between f and the linear
-//! part and a level that moves between f and the offset leave its output as it is. `loss` keeps to steps that change the output.
+//! part and a level that moves between f and the offset do not change its output. `loss` keeps to steps that change the output.
 
 use super::limits::FARTHEST;
 use crate::identify::block::{KinkedSpline, Tangent};
@@ -24,19 +24,19 @@ pub(super) struct Loop {
     pub dzu: f64,
     pub offset: f64,
     pub spline: KinkedSpline,
-    /// How the state is corrected by the last prediction error, while a start is fitted; else zero.
+    /// The gain of the state's correction by the last prediction error while a start is fitted; otherwise zero.
     pub correction: Vec<f64>,
     /// One state an experiment.
     pub initial: Vec<Vec<f64>>,
     pub entering: Entering,
 }
 
-/// What enters the nonlinearity.
+/// The input of the nonlinearity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Entering {
     /// The output, without its offset.
     Output,
-    /// A signal of its own.
+    /// A hidden signal.
     Hidden,
 }
 
@@ -44,7 +44,7 @@ pub(super) enum Entering {
 #[derive(Debug, Clone)]
 pub(super) struct Observed {
     pub u: Vec<f64>,
-    /// Anything where it is missing.
+    /// The output; any value where it is missing.
     pub y: Vec<f64>,
     pub missing: Vec<bool>,
     /// The first sample of every experiment.
@@ -73,7 +73,7 @@ impl Observed {
         }
     }
 
-    /// The second half of the last experiment, of which the second half counts.
+    /// The second half of the last experiment; only the second half of this counts.
     pub fn restarted(&self) -> Observed {
         let n = self.y.len();
         let first = self.starts.last().copied().unwrap_or(0);
@@ -156,7 +156,7 @@ impl Loop {
         self.bu.len()
     }
 
-    /// All numbers but the initial states, in the order of the [`Layout`].
+    /// All numbers except the initial states, in the order of the [`Layout`].
     pub fn parameters(&self) -> Vec<f64> {
         let parts = [&self.a, &self.bu, &self.bw, &self.cy, &self.cz];
         let mut all: Vec<f64> = parts.into_iter().flatten().copied().collect();
@@ -187,7 +187,7 @@ impl Loop {
         self.spline.set(&p[l.spline()..]);
     }
 
-    /// Runs from the initial states, freely but for the correction, and reports every sample; false if the loop runs away.
+    /// Runs freely from the initial states, with only the correction, and reports every sample; false if the loop runs away.
     #[inline(always)]
     pub fn run(&self, data: &Observed, mut report: impl FnMut(Sample<'_>)) -> bool {
         let n = self.order();
@@ -234,7 +234,7 @@ impl Loop {
         self.run(data, |s| output.push(s.y)).then_some(output)
     }
 
-    /// What enters the nonlinearity; `None` if the loop runs away.
+    /// The input of the nonlinearity; `None` if the loop runs away.
     pub fn entering(&self, data: &Observed) -> Option<Vec<f64>> {
         let mut entering = Vec::with_capacity(data.u.len());
         self.run(data, |s| entering.push(s.z)).then_some(entering)
@@ -267,7 +267,7 @@ impl Loop {
         self
     }
 
-    /// The same system with other scales of what enters and what leaves the nonlinearity: both become this many times smaller.
+    /// The same system with other scales of the nonlinearity's input and output: both are divided by these factors.
     pub fn with_scales_divided(mut self, z: f64, w: f64) -> Loop {
         self.cz.iter_mut().for_each(|c| *c /= z);
         self.dzu /= z;
@@ -277,8 +277,8 @@ impl Loop {
         self
     }
 
-    /// The same system with states of unit variance that are not correlated, w without a slope over the data, and z and w of unit
-    /// variance; as it is where it runs away or something does not vary.
+    /// The same system with uncorrelated states of unit variance, w without a slope over the data, and z and w of unit variance. Unchanged
+    /// if it runs away or a signal does not vary.
     pub fn balanced(&self, data: &Observed) -> Loop {
         let n = self.order();
         let (mut states, mut moments) = (Matrix::zeros(data.u.len(), n), Moments::default());
@@ -312,7 +312,7 @@ impl Loop {
         next.changed(&covariance).unwrap_or(next)
     }
 
-    /// The same system with states whose covariance, now `covariance`, becomes the unit matrix.
+    /// The same system with other states: their covariance, now `covariance`, becomes the unit matrix.
     fn changed(&self, covariance: &Matrix) -> Option<Loop> {
         let n = self.order();
         let largest = (0..n).map(|i| covariance[(i, i)]).fold(0.0, f64::max);

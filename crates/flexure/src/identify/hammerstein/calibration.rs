@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::identify::warning::Warning;
 use crate::linear::TransferFunction;
 
-/// How scale and offset are fixed, which the data do not determine.
+/// How to fix scale and offset; the data do not determine them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Calibration {
     /// The linear part has static gain 1, so that the nonlinearity is the static characteristic of the
@@ -38,9 +38,9 @@ pub(super) struct Calibrated {
     pub warning: Option<Warning>,
 }
 
-/// The blocks as they were estimated.
+/// The estimated blocks before calibration.
 pub(super) struct Uncalibrated<'a> {
-    /// m_n, NaN where it has no value.
+    /// m_n; NaN where it has no value.
     pub nonlinearity: &'a dyn Fn(f64) -> f64,
     /// The mean of m_n over the samples.
     pub mean: f64,
@@ -68,7 +68,7 @@ impl Calibration {
         Ok(())
     }
 
-    /// Scale and offset for blocks as they were estimated.
+    /// The calibrated blocks: applies scale and offset to the estimated ones.
     pub(super) fn apply(&self, estimated: &Uncalibrated) -> Result<Calibrated> {
         let linear = estimated.linear;
         let static_gain = linear.static_gain();

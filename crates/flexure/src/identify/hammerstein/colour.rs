@@ -1,11 +1,11 @@
-//! An input that is not white, which the paper and theorem 2 assume it to be.
+//! Corrections for an input that is not white; the paper and theorem 2 assume a white one.
 //!
 //! Both steps are corrected, a few times in turn:
 //!
 //! 1. correlation: the covariances satisfy the Wiener-Hopf equations
 //!    $$ \sum_i k_i\, \mathrm{cov}(m_{n+j-i}, m_n) = \mathrm{cov}(Y_{n+j}, m_n), \quad m_n = m_n(X_n), $$
 //!    whose solution is the impulse response;
-//! 2. regression: the output less what k explains of it at all other lags is regressed on the input again.
+//! 2. regression: the output, less the part that k explains at all other lags, is regressed on the input again.
 //!
 //! No theorem of the paper covers this.
 
@@ -54,8 +54,8 @@ pub(super) fn corrected(
     Ok(estimate)
 }
 
-/// The lags that a deconvolution solves for: from the delay on if that is given, else those from 0 on or, where the strongest
-/// dependence lies far, those around it.
+/// The lags that a deconvolution solves for: from the delay on if it is given; otherwise from 0 on, or around the strongest dependence if
+/// that is far away.
 fn deconvolved_lags(method: &PlainHammerstein, lags: &Lags, samples: usize) -> Range<usize> {
     // Never fewer unknowns than the order needs.
     let order = method.order.unwrap_or(LARGEST_ORDER);
@@ -64,7 +64,7 @@ fn deconvolved_lags(method: &PlainHammerstein, lags: &Lags, samples: usize) -> R
     first..(first + count).min(lags.last) + 1
 }
 
-/// The impulse response from `m` = m_n(X_n) to y by the Wiener-Hopf equations at the lags `lags`; zero at those before.
+/// The impulse response from `m` = m_n(X_n) to y by the Wiener-Hopf equations at the lags `lags`; zero at earlier lags.
 ///
 /// `None` if m is constant.
 pub(super) fn deconvolve(y: &[f64], m: &[f64], lags: Range<usize>) -> Option<ImpulseResponse> {
@@ -88,7 +88,7 @@ pub(super) fn deconvolve(y: &[f64], m: &[f64], lags: Range<usize>) -> Option<Imp
     })
 }
 
-/// y less what the response explains of it at all lags but `lag`.
+/// y less the part that the response explains at all lags except `lag`.
 fn less_other_lags(y: &[f64], m: &[f64], k: &[f64], lag: usize) -> Vec<f64> {
     let first = k.iter().position(|&k| k != 0.0).unwrap_or(k.len());
     parallel::numbers(y.len(), |n| {

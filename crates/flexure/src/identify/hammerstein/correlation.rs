@@ -2,8 +2,8 @@
 //!
 //! For a white input and any function psi,
 //! $$ \mathrm{cov}(Y_{n+j}, \psi(X_n)) = k_{j-s}\, \mathrm{cov}(\varphi(X), \psi(X)), $$
-//! so the cross-covariance is the impulse response up to a scale that does not depend on j. The input itself serves as psi, and the
-//! estimate m_n of step 2 where phi(X) hardly correlates with X (an even phi, for example).
+//! so the cross-covariance is the impulse response up to a scale that does not depend on j. psi is the input itself, or the estimate m_n of
+//! step 2 if phi(X) hardly correlates with X (an even phi, for example).
 
 use super::limits::{CLEAR, CONSTANT, WEAK_CORRELATION};
 use crate::linear::correlation::{cross_covariance, mean, variance};
@@ -14,21 +14,21 @@ use crate::quantiles::NORMAL_99;
 pub(super) enum Psi {
     /// The input itself.
     Input,
-    /// The estimated nonlinearity, where the correlation of the input with it (nearly) vanishes.
+    /// The estimated nonlinearity, if its correlation with the input (nearly) vanishes.
     Nonlinearity,
-    /// The estimated nonlinearity, its own autocovariance deconvolved, where the input is not white.
+    /// The estimated nonlinearity, with its autocovariance deconvolved, if the input is not white.
     DeconvolvedNonlinearity,
 }
 
 /// The estimated impulse response, from lag 0.
 pub(super) struct ImpulseResponse {
     pub k: Vec<f64>,
-    /// Within this of zero a coefficient is noise with 99 %.
+    /// A coefficient of pure noise lies within this distance of zero with a probability of 99 %.
     pub limit: f64,
     pub psi: Psi,
-    /// The share of the output's variance that the response does not explain; not known by plain correlation.
+    /// The share of the output's variance that the response does not explain; unknown for plain correlation.
     pub unexplained: f64,
-    /// The autocovariance of what drives the linear part, where that is not white.
+    /// The autocovariance of the linear part's input, if it is not white.
     pub autocovariance: Option<Vec<f64>>,
 }
 
@@ -52,7 +52,7 @@ impl ImpulseResponse {
         self.limit / NORMAL_99 * (parameters as f64).sqrt()
     }
 
-    /// The lag by which the response has settled: past the last clear coefficient by half as much again.
+    /// The lag by which the response has settled: 1.5 times as far from the delay as the last clear coefficient.
     pub fn settling_lag(&self, delay: usize) -> usize {
         let last = self.k.iter().rposition(|k| k.abs() > CLEAR * self.limit);
         let last = last.unwrap_or(delay).max(delay);
@@ -71,7 +71,7 @@ pub(super) fn correlate(x: &[f64], y: &[f64], m: &[f64], lags: usize) -> Impulse
     } else {
         (Psi::Input, x, joint)
     };
-    // A nonlinearity estimated as constant, but for rounding, leaves nothing to correlate with.
+    // If the estimated nonlinearity is constant except for rounding, there is nothing to correlate with.
     let per_scale = if power > CONSTANT * variance(y) {
         1.0 / scale
     } else {

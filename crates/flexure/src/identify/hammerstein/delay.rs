@@ -8,7 +8,7 @@
 //! the squared correlations is chi-squared with four degrees of freedom.
 //!
 //! The regression (16) holds at every lag $s + j$ with $k_j$ in place of $k_0$. The paper regresses at the delay
-//! ([`RegressionLag::Delay`]). By default it is done at the lag of the strongest dependence, which has the least noise.
+//! ([`RegressionLag::Delay`]). The default is the lag of the strongest dependence, which has the least noise.
 
 use super::super::limits::CLIP;
 
@@ -18,7 +18,7 @@ use crate::distributions::chi_squared_quantile;
 use crate::identify::warning::Warning;
 use crate::linear::correlation::{cross_covariance, mean, variance};
 
-/// The lags that the following steps work at.
+/// The lags for the following steps.
 pub(super) struct Lags {
     /// The delay s.
     pub delay: usize,
@@ -60,12 +60,12 @@ impl Lags {
 pub(crate) struct Dependence {
     /// n times the sum of squared correlations, at lags 0, 1, ...
     pub statistic: Vec<f64>,
-    /// What the statistic exceeds by chance at no lag, but for one record in a thousand.
+    /// The limit of the statistic: by chance, only one record in a thousand exceeds it at any lag.
     pub limit: f64,
 }
 
 impl Dependence {
-    /// Measures lags 0 to `lags`; both signals vary and are longer than that.
+    /// Measures lags 0 to `lags`; both signals must vary and be longer than that.
     pub fn new(x: &[f64], y: &[f64], lags: usize) -> Self {
         let n = x.len() as f64;
         let power = variance(y);
@@ -113,7 +113,7 @@ fn orthonormal_polynomials(x: &[f64]) -> Vec<Vec<f64>> {
     for degree in 1..=DEGREES {
         let mut candidate: Vec<f64> = z.iter().zip(&basis[basis.len() - 1]).map(|(z, p)| z * p).collect();
         let size = dot(&candidate, &candidate).sqrt();
-        // Twice is enough to be orthogonal to rounding.
+        // Two passes make them orthogonal to within rounding.
         for _ in 0..2 {
             for other in &basis {
                 let share = dot(&candidate, other);

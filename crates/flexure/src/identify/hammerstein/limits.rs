@@ -17,17 +17,17 @@ pub(super) const DEGREES: usize = 4;
 /// The delay: the probability that a record without any dependence shows one at some lag. The test
 /// `unrelated_signals_show_no_dependence` counts it.
 pub(super) const FALSE_ALARM: f64 = 1e-3;
-/// The delay: a polynomial is a combination of those of lower degree when they leave no more than this share of it. Square root of
+/// The delay: a polynomial counts as a combination of those of lower degree if they leave at most this share of it. Square root of
 /// rounding, rounded up.
 pub(super) const DEPENDENT: f64 = 1e-6;
 
 /// Correlation: a coefficient above this multiple of the 99 % limit is clear of noise. That is 4.4 standard deviations, which noise
 /// exceeds at one of 1000 lags in 1.2 % of all records.
 pub(super) const CLEAR: f64 = 1.7;
-/// Correlation: below this squared correlation of X and m(X) the output is correlated with m(X) in place of X. The variance of the
-/// response by X is that by m(X) divided by the squared correlation, so at most 4 times as large. Convention.
+/// Correlation: below this squared correlation of X and m(X), the output is correlated with m(X) instead of X. The variance of the response
+/// from X is that from m(X) divided by the squared correlation, so at most 4 times as large. Convention.
 pub(super) const WEAK_CORRELATION: f64 = 0.25;
-/// Correlation: a nonlinearity whose variance is no more than this share of the output's is constant but for rounding.
+/// Correlation: a nonlinearity whose variance is at most this share of the output's is constant except for rounding.
 pub(super) const CONSTANT: f64 = 1e-20;
 
 /// Coloured input: most lags of a deconvolution, whose cost grows with their cube (300 take some 10 ms). Convention.
@@ -41,18 +41,18 @@ pub(super) const RIDGE: f64 = 1e-5;
 /// unexplained share of the output is the last.
 pub(super) const COLOUR_PASSES: usize = 4;
 
-/// Realisation: most Levenberg-Marquardt steps from the Yule-Walker solution on. Convention; it converges in about ten.
+/// Realisation: most Levenberg-Marquardt steps after the Yule-Walker solution. Convention; it converges in about ten.
 pub(super) const REALISATION_STEPS: usize = 50;
 /// Realisation: the rows of the Hankel matrix whose singular values are reported. Convention.
 pub(super) const HANKEL_ROWS: usize = 20;
-/// Realisation: more than this share of the impulse response beyond the last lag: it has not settled. Convention.
+/// Realisation: the impulse response has not settled if more than this share of it lies beyond the last lag. Convention.
 pub(super) const UNSETTLED: f64 = 0.05;
 
-/// Calibration: a static gain below this share of the impulse response's absolute sum counts as none. Convention: the scale of both
-/// blocks would be 50 times that of their largest values.
+/// Calibration: a static gain below this share of the impulse response's absolute sum counts as none. Convention: the scale of both blocks
+/// would be 50 times their largest values.
 pub(super) const SMALLEST_GAIN: f64 = 0.02;
-/// Calibration: a static gain of no more than this many standard errors counts as none too. Chance exceeds three in 0.3 % of all
+/// Calibration: a static gain of at most this many standard errors also counts as none. Chance exceeds three in 0.3 % of all
 /// records.
 pub(super) const CLEAR_GAIN: f64 = 3.0;
-/// Calibration: the response is summed up to where no more than this share of it remains. Convention.
+/// Calibration: the response is summed until at most this share of it remains. Convention.
 pub(super) const GAIN_TAIL: f64 = 1e-3;

@@ -14,7 +14,7 @@
 //! | `correlation.rs` | the impulse response k up to scale | (17), section VII |
 //! | `realisation.rs` | the order l and the coefficients a and b | (15) and the ARMA model of section VI |
 //! | `calibration.rs` | the scale d1 and the offset alpha | section VII, before (21) |
-//! | `colour.rs` | both blocks where the input is not white | |
+//! | `colour.rs` | both blocks if the input is not white | |
 //! | `details.rs` | what a reader is shown of these steps | |
 //! | `limits.rs` | all thresholds | |
 //! | `refined/` | both blocks at once by prediction error, with these estimates as the start | |
@@ -170,7 +170,7 @@ impl PlainHammerstein {
         )
     }
 
-    /// Checks the parameters and the record's length; the number of samples to fit.
+    /// Checks the parameters and the record's length. Returns the number of samples to fit.
     fn check(&self, samples: usize) -> Result<usize> {
         let fitted = fresh_part(self.fresh_share, samples)?;
         let quarter = (fitted / 4).max(1);

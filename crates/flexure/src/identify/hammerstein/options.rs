@@ -1,10 +1,10 @@
-//! What there is to choose of a Hammerstein identification, by either method.
+//! The choices of a Hammerstein identification, for both methods.
 
 use super::calibration::Calibration;
 use super::refined::forms::PhysicalForm;
 use crate::nonlinearity::{EstimatorName, Kernel};
 
-/// A method for a Hammerstein system with the choices that were given; the others are made from data.
+/// A method for a Hammerstein system with the given choices; the other choices are made from the data.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum HammersteinMethod {
     /// Prediction error over both blocks.
@@ -20,12 +20,12 @@ pub struct PlainHammerstein {
     pub estimator: EstimatorName,
     /// The weight function of an estimator with a kernel; by default Epanechnikov's.
     pub kernel: Kernel,
-    /// The estimator's tuning parameter, see [`EstimatorName::parameter`]: for (21) the bandwidth h, in the input's unit. Else it is
-    /// chosen by leave-one-out cross-validation.
+    /// The estimator's tuning parameter, see [`EstimatorName::parameter`]: for (21) the bandwidth h, in the input's unit. By default
+    /// leave-one-out cross-validation chooses it.
     pub parameter: Option<f64>,
-    /// The order l of the linear part, 0 to 50; else 0 to 8 by Schwarz's criterion.
+    /// The order l of the linear part, 0 to 50; by default 0 to 8, chosen by Schwarz's criterion.
     pub order: Option<usize>,
-    /// The delay s in samples, below a quarter of the fitted ones; else the first lag with a significant dependence.
+    /// The delay s in samples, below a quarter of the fitted ones; by default the first lag with a significant dependence.
     pub delay: Option<usize>,
     /// The lag of the regression; by default that of the strongest dependence.
     pub regression_lag: RegressionLag,
@@ -33,7 +33,7 @@ pub struct PlainHammerstein {
     pub calibration: Calibration,
     /// Whether to treat an input that is not white as if it were, as the paper does.
     pub ignore_colour: bool,
-    /// The share of the record, at its end, that the verdict is made on, 0.05 to 0.9; by default 0.25.
+    /// The share of the record, at its end, that is used for the verdict, 0.05 to 0.9; by default 0.25.
     pub fresh_share: f64,
 }
 
@@ -68,21 +68,21 @@ impl Default for PlainHammerstein {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RefinedHammerstein {
-    /// The order of the linear part, 0 to 50; else 0 to 8 by Schwarz's criterion.
+    /// The order of the linear part, 0 to 50; by default 0 to 8, chosen by Schwarz's criterion.
     pub order: Option<usize>,
-    /// The delay s in samples, below a quarter of the fitted ones; else the first clear lag.
+    /// The delay s in samples, below a quarter of the fitted ones; by default the first clear lag.
     pub delay: Option<usize>,
     /// The convention for scale and offset; by default unit static gain.
     pub calibration: Calibration,
-    /// The estimator of the nonlinearity that the refinement starts from; by default the kernel's, as in (21).
+    /// The estimator of the nonlinearity for the start of the refinement; by default the kernel estimator, as in (21).
     pub start: EstimatorName,
     /// Whether to whiten the output error by an autoregression; by default it is.
     pub noise_model: bool,
-    /// Whether NaN in the output are missing samples, which are else refused.
+    /// Whether NaN in the output are missing samples; otherwise NaN is refused.
     pub missing: bool,
     /// The form to fit to the nonlinearity and to test.
     pub form: Option<PhysicalForm>,
-    /// The share of the samples, at their end, that the verdict is made on, 0.05 to 0.9; by default 0.25.
+    /// The share of the samples, at their end, that is used for the verdict, 0.05 to 0.9; by default 0.25.
     pub fresh_share: f64,
 }
 
@@ -101,11 +101,10 @@ impl Default for RefinedHammerstein {
     }
 }
 
-/// Which lag the output is regressed at.
+/// The lag at which the output is regressed on the input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum RegressionLag {
-    /// The lag of the strongest dependence: every lag gives phi up to scale and offset, this one with
-    /// the least noise.
+    /// The lag of the strongest dependence: every lag gives phi up to scale and offset; this one has the least noise.
     #[default]
     Strongest,
     /// The delay itself, as in the paper.
@@ -115,7 +114,7 @@ pub enum RegressionLag {
 }
 
 impl RegressionLag {
-    /// The lag, where the dependence is strongest at `strongest`.
+    /// The lag, if the dependence is strongest at `strongest`.
     pub(super) fn resolve(self, strongest: usize, delay: usize) -> usize {
         match self {
             RegressionLag::Strongest => strongest.max(delay),

@@ -1,8 +1,8 @@
 //! Step 4: the order and the coefficients of the linear part from its impulse response, (15) and the ARMA model of section VI.
 //!
 //! The denominator solves the Yule-Walker equations $\sum_{i=0}^{l} a_i k_{j-i} = 0$, j > l, in least squares; the numerator follows
-//! as $b_j = \sum_i a_i k_{j-i}$. These equations weigh the noise in k badly. Both are then refined until the squared distance
-//! between the model's impulse response and k is smallest. The order l has the smallest Schwarz criterion of the simulation error.
+//! as $b_j = \sum_i a_i k_{j-i}$. These equations weight the noise in k badly. So both are refined until the squared distance between the
+//! model's impulse response and k is smallest. The order l has the smallest Schwarz criterion of the simulation error.
 
 use super::super::limits::LARGEST_RADIUS;
 use super::Estimate;
@@ -53,7 +53,7 @@ pub(super) struct Realisation {
 /// The linear part whose impulse response is nearest to the estimated one.
 ///
 /// # Errors
-/// [`Error::Data`]: `ResponseTooShort` where the given order needs more lags than there are.
+/// [`Error::Data`]: `ResponseTooShort` if the given order needs more lags than there are.
 pub(super) fn realise(
     estimate: &Estimate,
     given: Option<usize>,
@@ -103,7 +103,7 @@ pub(super) struct OrderSearch<'a> {
     pub factor: Option<&'a [f64]>,
     /// The order, if it was given.
     pub given: Option<usize>,
-    /// The search ends after so many orders beyond the best.
+    /// The search ends after this many orders beyond the best.
     pub beyond: Option<usize>,
     pub samples: usize,
 }
@@ -145,16 +145,16 @@ impl OrderSearch<'_> {
 
 /// The transfer function of order `order` whose impulse response is nearest to `k`.
 ///
-/// Nearest in the Euclidean norm, or in that of U d for the difference d, where `factor` is an upper triangular
-/// row-major U: with U'U the autocovariance of what drives the system, that is the output error.
-/// Always stable. `None` if `k` is too short (it takes at least `2 order + 1` values) or not finite.
+/// The norm is Euclidean, or that of U d for the difference d, with `factor` an upper triangular row-major U. With U'U the autocovariance
+/// of the system's input, this norm is the output error. Always stable. `None` if `k` is too short (it takes at least `2 order + 1` values)
+/// or not finite.
 fn from_impulse_response(k: &[f64], order: usize, factor: Option<&[f64]>) -> Option<TransferFunction> {
     let raw = yule_walker(k, order)?;
     let refined = refine(k, order, &raw, factor);
     refined.or(Some(raw))
 }
 
-/// The Yule-Walker solution as it stands, unstable poles reflected into the unit circle.
+/// The unrefined Yule-Walker solution, with unstable poles reflected into the unit circle.
 fn yule_walker(k: &[f64], order: usize) -> Option<TransferFunction> {
     if k.len() < 2 * order + 1 || k.iter().any(|v| !v.is_finite()) {
         return None;

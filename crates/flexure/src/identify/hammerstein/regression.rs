@@ -37,7 +37,7 @@ impl NonlinearityEstimate {
             name: method.estimator,
             tuning: (method.parameter).map_or_else(Tuning::default, |value| Tuning::Fixed(vec![value])),
             kernel: method.kernel,
-            // Nothing is invented in the gaps of the paper's estimate.
+            // Gaps of the paper's estimate stay empty.
             outside: match method.estimator {
                 EstimatorName::Kernel => Outside::Nan,
                 _ => Outside::Nearest,
@@ -46,7 +46,7 @@ impl NonlinearityEstimate {
         };
         interrupt::check()?;
         let fit = estimator.fit(&[partners], y, None)?;
-        // The last samples of the input have no partner, and may lie out of reach of all others.
+        // The last samples of the input have no output sample, and may be out of reach of all others.
         let overall = (fit.regression.kernel_fit()).map_or_else(|| mean(y), |fit| fit.data().mean);
         let mut centred: Vec<f64> = fit.regression.predict(&[x])?;
         centred.iter_mut().filter(|m| m.is_nan()).for_each(|m| *m = overall);
@@ -72,7 +72,7 @@ impl NonlinearityEstimate {
         tabulate(&*self.fit, x, Outside::Nearest)
     }
 
-    /// Warns where the tuning parameter is at the end of the range that was searched.
+    /// Warns if the tuning parameter is at the end of the searched range.
     pub fn warning(&self, estimator: EstimatorName) -> Option<Warning> {
         let at_edge = self.scores.as_ref().is_some_and(|s| s.at_edge);
         at_edge.then_some(match estimator {

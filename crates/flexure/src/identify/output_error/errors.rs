@@ -7,11 +7,11 @@ use crate::linear::TransferFunction;
 use crate::linear::autoregression::{SAMPLES_PER_COEFFICIENT, whitening};
 use crate::parallel;
 
-/// The covariance of the numerators' coefficients, input after input, and then those of the denominator behind its leading 1, row by row,
-/// as polynomials in the delay; `None` where the samples do not determine them.
+/// The covariance of the coefficients, as polynomials in the delay, row by row: first the numerators', input after input, then the
+/// denominator's after its leading 1. `None` if the samples do not determine them.
 ///
-/// That of the output error under coloured noise (Ljung 1999, equation 9.42): $\sigma^2 (J'J)^{-1} J_c'J_c (J'J)^{-1}$, with the
-/// derivatives $J_c$ coloured as the errors are.
+/// It is that of the output error under coloured noise (Ljung 1999, equation 9.42): $\sigma^2 (J'J)^{-1} J_c'J_c (J'J)^{-1}$, with the
+/// derivatives $J_c$ coloured like the errors.
 pub fn covariance(system: &LinearSystem, data: &Signals) -> Option<Vec<f64>> {
     let mut jacobian = columns(&system.orders, &system.denominator, &data.u);
     let output = combined(&jacobian, &system.coefficients());
@@ -48,7 +48,7 @@ fn of_polynomials(orders: &Orders, covariance: Vec<f64>) -> Vec<f64> {
     if d == 0 {
         return covariance;
     }
-    // What each coefficient adds to all polynomials: the columns of the map.
+    // The contribution of each coefficient to all polynomials: the columns of the map.
     let size = orders.numerators() + orders.poles + d;
     let mut map: Vec<Vec<f64>> = Vec::new();
     let mut column = |first: usize, polynomial: &[f64]| {

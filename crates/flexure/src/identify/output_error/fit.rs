@@ -13,14 +13,14 @@ use crate::linear::levenberg_marquardt::Linearisation;
 pub enum Criterion {
     /// The error of the free run.
     FreeRun,
-    /// The same after the autoregression that whitens it, where it is coloured noise (Box-Jenkins).
+    /// The same after the autoregression that whitens it, if it is coloured noise (Box-Jenkins).
     Whitened,
-    /// The error of the difference equation, in which past outputs are measured ones.
+    /// The error of the difference equation with measured past outputs.
     Equation,
 }
 
 impl Criterion {
-    /// Those by which orders are chosen.
+    /// The criteria for the choice of orders.
     pub const CHOOSING: [Criterion; 2] = [Criterion::FreeRun, Criterion::Equation];
 
     pub fn name(self) -> &'static str {
@@ -31,7 +31,7 @@ impl Criterion {
         }
     }
 
-    /// The fit of a system with these orders, from `start` on where there is one; `None` where there is no solution.
+    /// The fit of a system with these orders, started from `start` if there is one; `None` if there is no solution.
     pub fn fitted(
         self,
         orders: &Orders,
@@ -100,7 +100,7 @@ fn refined(start: LinearSystem, data: &Signals, rule: StopRule, monitor: &mut Mo
     Some(start.with(&parameters))
 }
 
-/// By generalised least squares, where the error is coloured noise; `None` where it is white or no noise.
+/// The system by generalised least squares, if the error is coloured noise; `None` if it is white or no noise.
 pub fn whitened(system: &LinearSystem, data: &Signals, monitor: &mut Monitor<'_>) -> Option<LinearSystem> {
     let structure = system;
     let minimum = efficient(&OutputError { data, structure }, &system.parameters(), monitor)?;
@@ -115,8 +115,8 @@ fn with_poles(orders: &Orders, denominator: Rational, data: &Signals) -> Option<
     finite.then(|| LinearSystem::new(orders, denominator, &coefficients))
 }
 
-/// Least squares of the difference equation with all signals filtered by a denominator: the numerators, and the new denominator. Behind
-/// integrators the output is differenced.
+/// Least squares of the difference equation with all signals filtered by a denominator: the numerators, and the new denominator. With
+/// integrators, the output is differenced.
 struct Equation {
     numerators: Vec<f64>,
     denominator: Rational,
@@ -126,13 +126,13 @@ impl Equation {
     fn new(orders: &Orders, data: &Signals, filter: &Rational) -> Option<Equation> {
         let d = orders.integrators;
         let mut columns = columns(orders, filter, &data.u);
-        // Of the powers of time, differencing leaves a constant.
+        // Differencing turns the powers of time into a constant.
         columns.truncate(columns.len() - d);
         let ones = columns.last_mut()?;
         *ones = filter.all_pole(ones);
         let driven = orders.numerators();
         columns[..driven].iter_mut().for_each(|c| *c = differenced(c, d));
-        // The first d differences are of nothing: the state at the start acts behind them.
+        // The first d differences have no earlier samples; the initial state acts after them.
         columns[driven..driven + orders.poles]
             .iter_mut()
             .for_each(|c| *c = delayed(c, d, 1.0));
@@ -150,7 +150,7 @@ impl Equation {
     }
 }
 
-/// The equation error as it stands; the offset and the state at the start by the output error.
+/// The fit by the equation error; the offset and the initial state by the output error.
 fn equation_error(orders: &Orders, data: &Signals) -> Option<LinearSystem> {
     let Equation {
         numerators,

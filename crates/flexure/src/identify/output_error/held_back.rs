@@ -1,4 +1,4 @@
-//! How well a fit to the first part of a record runs on through the rest.
+//! How well a fit to the first part of a record predicts the rest in a free run.
 
 use super::super::block::{Monitor, Signals};
 use super::fit::Criterion;
@@ -15,13 +15,13 @@ pub struct HeldBack {
     squares: Vec<f64>,
 }
 
-/// The samples that a fit to the first part has.
+/// The number of samples in a fit to the first part.
 pub fn fitted_samples(share: f64, samples: usize) -> usize {
     (share * samples as f64) as usize
 }
 
 impl HeldBack {
-    /// The errors of systems like `whole`, which is fitted to all samples; `None` where a part does not determine one.
+    /// The errors of systems with the orders of `whole`, which is fitted to all samples; `None` if a part does not determine one.
     pub fn new(
         orders: &Orders,
         criterion: Criterion,
@@ -47,7 +47,7 @@ impl HeldBack {
         score.is_finite().then_some(HeldBack { score, squares })
     }
 
-    /// Whether these errors are as small as others, which are smaller in sum, as far as the samples show.
+    /// Whether these errors are as good as those of `best`, whose sum is smaller: the samples show no significant difference.
     pub fn as_good_as(&self, best: &HeldBack) -> bool {
         if !(self.score <= best.score + TOLERATED_RATIO.ln()) {
             return false;

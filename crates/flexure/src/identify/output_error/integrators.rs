@@ -27,7 +27,7 @@ pub fn integrated(signal: &[f64], d: usize) -> Vec<f64> {
     sum
 }
 
-/// What the first `count` terms of a numerator before d integrators leave of a signal.
+/// A signal through each of the first `count` terms of a numerator before d integrators.
 pub fn terms(signal: &[f64], d: usize, count: usize) -> Vec<Vec<f64>> {
     (0..count)
         .map(|k| match k < d {
@@ -43,7 +43,7 @@ pub fn trend(n: usize, d: usize) -> Vec<Vec<f64>> {
     (1..=d).map(power).collect()
 }
 
-/// The constant at the input that has this coefficient of the last power of time behind d integrators and this gain.
+/// The constant at the input that gives this coefficient of the last power of time, after d integrators with this gain.
 pub fn bias(coefficient: f64, d: usize, gain: f64) -> f64 {
     let factorial: f64 = (1..=d).map(|k| k as f64).product();
     coefficient * factorial / TREND_SAMPLES.powi(d as i32) / gain

@@ -2,30 +2,30 @@
 
 use super::super::block::StopRule;
 
-/// Samples that orders and delays are chosen on; the last fit takes all. They bound the time.
+/// Samples for the choice of orders and delays; the last fit takes all. They bound the time.
 pub const SEARCH_SAMPLES: usize = 5_000;
 /// The largest number of poles.
 pub const MOST_POLES: usize = 10;
-/// Samples, of the shortest part that is fitted, for each parameter. Convention.
+/// Samples for each parameter in the shortest fitted part. Convention.
 pub const SAMPLES_A_PARAMETER: usize = 4;
-/// The shares of the record after which a fit to what comes before runs on through the rest.
+/// The shares of the record that are fitted; the fit then predicts the rest.
 pub const HELD_BACK: [f64; 5] = [0.4, 0.5, 0.6, 0.7, 0.8];
-/// A squared error below this share of the output's variance is nothing: such models are as good as one another. Convention.
+/// A squared error below this share of the output's variance is negligible: such models are equally good. Convention.
 pub const NEGLIGIBLE_ERROR: f64 = 1e-10;
-/// The held-back squared error of a simpler system may be larger by this factor. Of 1.05, 1.1 and none, this was best on the real
+/// The held-back squared error of a simpler system may be larger by this factor. This was better than 1.05, 1.1 and no factor on the real
 /// records of `bench/records`.
 pub const TOLERATED_RATIO: f64 = 1.03;
-/// Blocks that the held-back errors of two systems are compared in, and the standard errors from which one is worse: 1 % of a t
-/// distribution with as many degrees of freedom.
+/// Blocks for the comparison of two systems' held-back errors, and the standard errors from which one is worse: 1 % of the t distribution
+/// with that many degrees of freedom.
 pub const COMPARED_BLOCKS: usize = 20;
 pub const WORSE_T: f64 = 2.54;
-/// A system whose slowest pole decays over more than this many times the samples does not decay within them. Convention.
+/// A system does not decay within the record if its slowest pole takes more than this many times its length. Convention.
 pub const LONGEST_DECAY: f64 = 5.0;
 /// The most integrators: a position has two between a force and itself.
 pub const MOST_INTEGRATORS: usize = 2;
-/// Integrators are tried where a system without them has a pole this near to 1. Convention: it bounds the time.
+/// Integrators are tried if a system without them has a pole this near to 1. Convention: it bounds the time.
 pub const NEARLY_INTEGRATES: f64 = 0.05;
-/// The samples over which a power of time rises to 1. Any number does: the columns are scaled.
+/// The samples over which a power of time rises to 1. Any number works: the columns are scaled.
 pub const TREND_SAMPLES: f64 = 1_000.0;
 /// Rounds of changes. They bound the time.
 pub const ROUNDS: usize = 3;

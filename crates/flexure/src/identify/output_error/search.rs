@@ -1,7 +1,8 @@
-//! Poles, delays and numerators: those of the free run that goes on best through samples that were not fitted.
+//! The choice of poles, delays and numerators: by the free run on samples that were not fitted.
 //!
-//! First all numbers of poles at the delays that are seen in the data, and the same with integrators where a pole is near 1. Then one pole,
-//! delay or coefficient more or less, until the choice stays. The choice is the system with the fewest parameters among those that are as good as the best.
+//! First all numbers of poles are tried, with the delays seen in the data, and with integrators if a pole is near 1. Then changes of one
+//! pole, delay or coefficient are tried until the choice stays the same. The choice is the system with the fewest parameters among those
+//! that are as good as the best.
 
 use std::ops::ControlFlow;
 
@@ -33,18 +34,18 @@ impl LinearCandidate {
     }
 }
 
-/// What the search leads to.
+/// The result of the search.
 #[derive(Debug)]
 pub struct Search {
     /// Fitted to all samples.
     pub system: LinearSystem,
     /// How it was fitted.
     pub criterion: Criterion,
-    /// In the order in which they were tried.
+    /// All candidates, in the order in which they were tried.
     pub tried: Vec<LinearCandidate>,
 }
 
-/// The system that the samples support; `None` where no fit succeeded.
+/// The system that the samples support; `None` if no fit succeeded.
 pub fn search(data: &Signals, monitor: &mut Monitor<'_>) -> Option<Search> {
     let data = head(data, usize::MAX);
     let part = head(&data, SEARCH_SAMPLES);
@@ -93,13 +94,13 @@ pub fn search(data: &Signals, monitor: &mut Monitor<'_>) -> Option<Search> {
     })
 }
 
-/// Whether a pole that was estimated is near 1.
+/// Whether an estimated pole is near 1.
 fn nearly_integrates(candidate: &LinearCandidate) -> bool {
     let poles = candidate.system.denominator.poles();
     poles.iter().any(|pole| (pole - 1.0).norm() < NEARLY_INTEGRATES)
 }
 
-/// All numbers of poles, so many of them at 1, at the delays that are seen in the data.
+/// All numbers of poles, with `integrators` of them at 1 and the delays seen in the data.
 fn start_orders(delays: &[usize], integrators: usize) -> Vec<Orders> {
     let with = |poles: usize, delays: &[usize]| Orders {
         poles: poles - integrators,
@@ -160,7 +161,7 @@ fn neighbours(orders: &Orders) -> Vec<Orders> {
     all
 }
 
-/// Those of the orders that were not yet tried and that the shortest part of the samples determines.
+/// The orders that were not yet tried and that the shortest fitted part determines.
 fn admissible(orders: Vec<Orders>, before: &[LinearCandidate], data: &Signals) -> Vec<Orders> {
     let shortest = fitted_samples(HELD_BACK[0], data.y.len());
     let determined = |o: &Orders| SAMPLES_A_PARAMETER * o.parameters() <= shortest.saturating_sub(o.first());
@@ -168,7 +169,7 @@ fn admissible(orders: Vec<Orders>, before: &[LinearCandidate], data: &Signals) -
     orders.into_iter().filter(|o| determined(o) && !known(o)).collect()
 }
 
-/// The candidates of these orders, fitted from a system on where that has as many poles.
+/// The candidates of these orders; the fit starts from a system if that has as many poles.
 fn tried(
     mut jobs: Vec<(Orders, Criterion)>,
     near: Option<&LinearSystem>,
@@ -178,7 +179,7 @@ fn tried(
     if !monitor.keep_on() {
         return Vec::new();
     }
-    // Without poles both errors are one.
+    // Without poles, both errors are the same.
     jobs.retain(|(o, criterion)| o.poles + o.integrators > 0 || *criterion == Criterion::FreeRun);
     let candidates = parallel::batch(&jobs, |(orders, criterion)| {
         let as_many = |o: &Orders| (o.poles, o.integrators) == (orders.poles, orders.integrators);
@@ -188,8 +189,8 @@ fn tried(
     candidates.into_iter().flatten().collect()
 }
 
-/// The fit with its errors on what it has not seen; `None` for one that rings for much longer than the samples last, or with a pole
-/// that its inputs do not move: with a state at the start it would follow any slow swing.
+/// The fit with its errors on held-back samples. `None` if it rings for much longer than the record, or has a pole that no input moves:
+/// with an initial state, such a system would follow any slow swing.
 fn candidate(
     orders: &Orders,
     criterion: Criterion,
@@ -214,8 +215,8 @@ fn candidate(
     })
 }
 
-/// Whether a real pole beyond `longest` has a zero of every input beyond it too. The two nearly cancel over the record: only the state at
-/// the start moves such a pole.
+/// Whether there is a real pole slower than `longest` and, for every input, a zero slower than that too. The two nearly cancel over the
+/// record: only the initial state moves such a pole.
 pub(super) fn drifts_alone(system: &LinearSystem, longest: f64) -> bool {
     let slow = |root: &Complex<f64>| root.im == 0.0 && root.re > longest;
     let has_slow_zero = |b: Vec<f64>| {
@@ -226,8 +227,8 @@ pub(super) fn drifts_alone(system: &LinearSystem, longest: f64) -> bool {
     has_slow_pole && system.numerator_polynomials().into_iter().all(has_slow_zero)
 }
 
-/// The candidate at the end of its minimisation, and whitened, unless it goes on worse from there: then it follows what is not in the
-/// next samples.
+/// The candidate after full minimisation, and whitened, unless it then predicts worse: in that case it follows effects that later samples
+/// do not have.
 fn polished(chosen: &LinearCandidate, data: &Signals) -> LinearCandidate {
     let further = |from: &LinearCandidate, criterion: Criterion| {
         let last = candidate(&from.orders, criterion, Some(&from.system), LAST, data);

@@ -3,12 +3,12 @@
 use super::super::block::{Rational, Signals, delayed};
 use super::integrators::{numerator_polynomial, terms, trend, with_integrators};
 
-/// How many coefficients a system has.
+/// The numbers of poles, integrators and numerator coefficients of a system.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Orders {
     /// Poles that are estimated.
     pub poles: usize,
-    /// Poles at 1 besides.
+    /// Further poles, at 1.
     pub integrators: usize,
     pub inputs: Vec<Numerator>,
 }
@@ -22,7 +22,7 @@ pub struct Numerator {
 }
 
 impl Orders {
-    /// The number of coefficients with the offset and the powers of time, without the state at the start, which is forgotten.
+    /// The number of coefficients with the offset and the powers of time, without the initial state, whose effect decays.
     pub fn parameters(&self) -> usize {
         self.poles + self.numerators() + 1 + self.integrators
     }
@@ -43,19 +43,19 @@ impl Orders {
 #[derive(Debug, Clone)]
 pub struct LinearSystem {
     pub orders: Orders,
-    /// Without a numerator of its own, and without the integrators.
+    /// The denominator, without integrators; its numerator is not used.
     pub denominator: Rational,
-    /// Of every input, without its delay: the coefficients of its [`terms`].
+    /// For every input: the coefficients of its [`terms`], without the delay.
     pub numerators: Vec<Vec<f64>>,
-    /// The numerator of the state at the start.
+    /// The numerator of the initial state.
     start: Vec<f64>,
     pub offset: f64,
-    /// Of the powers of time.
+    /// The coefficients of the powers of time.
     pub trend: Vec<f64>,
 }
 
 impl LinearSystem {
-    /// With the coefficients of [`columns`].
+    /// The system with these coefficients of [`columns`].
     pub fn new(orders: &Orders, denominator: Rational, coefficients: &[f64]) -> LinearSystem {
         let mut rest = coefficients;
         let mut next = |count: usize| {
@@ -73,14 +73,14 @@ impl LinearSystem {
         }
     }
 
-    /// What multiplies the [`columns`].
+    /// The coefficients of the [`columns`].
     pub fn coefficients(&self) -> Vec<f64> {
         let numerators = self.numerators.iter().flatten();
         let dynamic = numerators.chain(&self.start).copied();
         dynamic.chain([self.offset]).chain(self.trend.iter().copied()).collect()
     }
 
-    /// The sum of those [`columns`] that pass the denominator.
+    /// The sum of the [`columns`] that pass through the denominator.
     pub fn dynamic(&self, columns: &[Vec<f64>]) -> Vec<f64> {
         let count = self.orders.numerators() + self.orders.poles;
         combined(columns, &self.coefficients()[..count])
@@ -121,7 +121,8 @@ impl LinearSystem {
     }
 }
 
-/// What the coefficients multiply: the [`terms`] of every input through the denominator, the ringing from the start, one, and the powers of time.
+/// The columns for the coefficients: the [`terms`] of every input through the denominator, the response to the initial state, one, and the
+/// powers of time.
 pub fn columns(orders: &Orders, denominator: &Rational, u: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let n = u.first().map_or(0, Vec::len);
     let mut columns = lagged(orders, u.iter().map(|u| denominator.all_pole(u)));
@@ -153,7 +154,7 @@ pub fn combined(columns: &[Vec<f64>], coefficients: &[f64]) -> Vec<f64> {
     sum
 }
 
-/// The first samples of inputs and output, all of which count.
+/// The first samples of inputs and output; all of them count.
 pub fn head(data: &Signals, samples: usize) -> Signals {
     Signals {
         from: 0,

@@ -17,22 +17,23 @@ pub(super) const LARGEST_DEGREE: usize = 3;
 pub(super) const MOST_TERMS: usize = 230;
 /// At most this many samples, the last ones, are fitted. They bound the time.
 pub(super) const NARX_SAMPLES: usize = 20_000;
-/// The share of the fit's samples that lags, degree and penalty are chosen on. Convention.
+/// The share of the fit's samples for the choice of lags, degree and penalty. Convention.
 pub(super) const CHOICE_SHARE: f64 = 0.25;
 /// Penalties above the one of generalised cross-validation that are tried. Convention.
 pub(super) const LARGER_PENALTIES: usize = 4;
 
 // Volterra series.
 
-/// Memories of both orders that are tried, the second with the best of the first. They bound the time: at most 371 columns.
+/// Memories of both orders that are tried; the second order is tried with the best memory of the first. They bound the time: at most 371
+/// columns.
 pub(super) const FIRST_MEMORIES: [usize; 4] = [20, 40, 80, 160];
 pub(super) const SECOND_MEMORIES: [usize; 3] = [6, 12, 20];
-/// At most this many samples, the last ones, are fitted: fewer than of the NARX model, as there may be more columns.
+/// At most this many samples, the last ones, are fitted: fewer than for the NARX model, since there may be more columns.
 pub(super) const VOLTERRA_SAMPLES: usize = 15_000;
-/// The prior standard deviation of the constant, for outputs of unit variance: so large that it does not count.
+/// The prior standard deviation of the constant, for outputs of unit variance: so large that it has no effect.
 pub(super) const CONSTANT_DEVIATION: f64 = 1e4;
-/// The search for the prior's parameters: first steps of ln c and of ln(lambda/(1 - lambda)), the last share of them, and most rounds.
-/// Conventions.
+/// The search for the prior's parameters: first steps of ln c and of ln(lambda/(1 - lambda)), the last steps as a share of these, and the
+/// most rounds. Conventions.
 pub(super) const FIRST_STEPS: [f64; 2] = [2.0, 1.0];
 pub(super) const LAST_STEP: f64 = 0.1;
 pub(super) const MOST_ROUNDS: usize = 60;

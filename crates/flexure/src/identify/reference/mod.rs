@@ -1,7 +1,7 @@
-//! Models without blocks, to compare those with blocks to: what could be predicted at all from this record.
+//! Models without blocks, for comparison with block models: how well this record can be predicted at all.
 //!
-//! [`NARX`] feeds past outputs back, [`VOLTERRA`] only looks at past inputs. Neither shows where the nonlinearity sits; a
-//! model of blocks that comes near them has found the structure, one that stays far behind has not.
+//! [`NARX`] feeds past outputs back, [`VOLTERRA`] only looks at past inputs. Neither shows where the nonlinearity is. If a block model is
+//! nearly as good as they are, it has found the structure; if it is far worse, it has not.
 
 mod limits;
 mod narx;

@@ -1,13 +1,12 @@
 //! Polynomial NARX: the output from past outputs and inputs.
 //!
 //! $$ Y_n = c_0 + \sum_k c_k\, m_k(Y_{n-1}, \dots, Y_{n-n_a}, U_{n-s}, \dots, U_{n-s-n_b+1}) + e_n $$
-//! with all monomials up to a degree (Leontaritis & Billings 1985). The coefficients are ridge regression, its penalty at
-//! least that of generalised cross-validation; lags, degree and penalty those with the least free-run error on the last
-//! quarter of the fit's samples, among models whose free run stays within bounds there. The one-step equation that is
-//! fitted takes all noise for process noise: output noise biases it, which a model of blocks fitted by its simulation error is
-//! free of.
+//! with all monomials up to a degree (Leontaritis & Billings 1985). The coefficients are found by ridge regression, with a penalty of at
+//! least that of generalised cross-validation. Lags, degree and penalty are those with the least free-run error on the last quarter of the
+//! fit's samples, among models whose free run stays within bounds there. The fitted one-step equation treats all noise as process noise, so
+//! output noise biases it; a block model fitted by its simulation error has no such bias.
 //!
-//! Values that are fed back are held within an output's span beyond what the fit saw on either side.
+//! Values that are fed back are limited to the range in the fit, extended by its span on either side.
 
 use super::super::block::{Prepared, delays};
 use super::limits::{
@@ -209,7 +208,7 @@ fn columns_of(model: &NarxModel, u: &[f64], y: &[f64]) -> Vec<Vec<f64>> {
     columns
 }
 
-/// The first sample that all lags of a model reach back from.
+/// The first sample for which all lags of a model exist.
 fn first_sample(model: &NarxModel) -> usize {
     model.outputs.max(model.inputs + model.delay)
 }
@@ -226,7 +225,7 @@ fn with_penalty(blank: &NarxModel, ridge: &Ridge, penalty: f64) -> NarxModel {
     model
 }
 
-/// A model that was fitted, and how well it does.
+/// A fitted model, and its error.
 struct Fit {
     tried: NarxCandidate,
     model: NarxModel,

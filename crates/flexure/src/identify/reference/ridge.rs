@@ -4,7 +4,7 @@ use super::super::block::{Scale, regression};
 use super::limits::{PENALTIES, PENALTY_FACTOR, SMALLEST_PENALTY};
 use crate::linalg::{self, Eigen};
 
-/// The least-squares problem of a constant and columns, which the penalty sees at zero mean and unit variance.
+/// The least-squares problem of a constant and columns; the penalty acts on columns of zero mean and unit variance.
 pub(super) struct Ridge {
     columns: Vec<Scale>,
     /// The output's mean.
@@ -19,7 +19,7 @@ pub(super) struct Ridge {
 }
 
 impl Ridge {
-    /// From the samples `from..`; `None` if there are no columns or the decomposition fails.
+    /// The problem for the samples `from..`; `None` if there are no columns or the decomposition fails.
     pub fn new(columns: &[Vec<f64>], y: &[f64], from: usize) -> Option<Ridge> {
         let n = columns.len();
         let samples = y.len().checked_sub(from).filter(|s| *s > 1)? as f64;

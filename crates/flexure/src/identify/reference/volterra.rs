@@ -1,10 +1,9 @@
 //! The Volterra series of second order, regularised.
 //!
 //! $$ Y_n = h_0 + \sum_i h_1(i) U_{n-s-i} + \sum_{i,j} h_2(i, j) U_{n-s-i} U_{n-s-j} + e_n $$
-//! with far more coefficients than the record could determine, which a Gaussian prior makes smooth and decaying (Pillonetto &
-//! De Nicolao 2010; Birpoutsoukis, Marconato, Lataire & Schoukens 2017): the tuned-correlated (TC) kernel
-//! $c\,\lambda^{\max(i, k)}$ for $h_1$, and its product over both lags for $h_2$. The sizes $c$ and decays $\lambda$ of both, and
-//! the noise, maximise the marginal likelihood.
+//! with far more coefficients than the record can determine. A Gaussian prior makes them smooth and decaying (Pillonetto & De Nicolao 2010;
+//! Birpoutsoukis, Marconato, Lataire & Schoukens 2017): the tuned-correlated (TC) kernel $c\,\lambda^{\max(i, k)}$ for $h_1$, and its
+//! product over both lags for $h_2$. The sizes $c$ and decays $\lambda$ of both, and the noise, maximise the marginal likelihood.
 //!
 //! TC is a sum of independent steps: $h_1(i) = \sum_{k \ge i} w_k$ with variances $c (\lambda^k - \lambda^{k+1})$. In running sums
 //! of the input the prior is diagonal, and the marginal likelihood needs one factorisation of the normal equations.
@@ -135,24 +134,24 @@ struct Fit {
     evidence: Evidence,
 }
 
-/// How likely priors are, and what follows from them.
+/// The likelihood of priors, and the results with them.
 struct Evidence {
     /// Minus twice the logarithm of the marginal likelihood, up to a constant.
     deviance: f64,
-    /// Of the noise.
+    /// The variance of the noise.
     variance: f64,
-    /// Of the constant, the running sums and their products.
+    /// The coefficients of the constant, the running sums and their products.
     coefficients: Vec<f64>,
 }
 
-/// Memories one after the other while the likelihood rises.
+/// Tries memories one after the other while the likelihood rises.
 fn search(data: &Signals, delay: usize) -> Option<Fit> {
     let first = data.y.len().saturating_sub(VOLTERRA_SAMPLES);
     let (u, y) = (&data.u[0][first..], &data.y[first..]);
     let longest = FIRST_MEMORIES[FIRST_MEMORIES.len() - 1];
     let from = (delay + longest).min(u.len() / 2);
     let mut best: Option<Fit> = None;
-    // Whether a memory is likelier than the best one so far, whose place it then takes.
+    // Whether a memory is likelier than the best one so far; it then replaces that.
     let mut improves = |memory: Memory| {
         if delay + memory.first.max(memory.second) > from || interrupt::requested() {
             return false;
@@ -205,7 +204,7 @@ fn steps(decay: f64, memory: usize) -> Vec<f64> {
         .collect()
 }
 
-/// The prior standard deviations of all coefficients but the constant, whose own is large.
+/// The prior standard deviations of all coefficients except the constant, whose deviation is large.
 fn deviations(memory: Memory, priors: [DecayPrior; 2]) -> Vec<f64> {
     let [first, second] = priors;
     let steps_of_second = steps(second.decay, memory.second);
@@ -223,7 +222,7 @@ fn deviations(memory: Memory, priors: [DecayPrior; 2]) -> Vec<f64> {
         .collect()
 }
 
-/// The evidence for these priors; `None` where the equations have no solution.
+/// The evidence for these priors; `None` if the equations have no solution.
 fn evidence(memory: Memory, priors: [DecayPrior; 2], equations: &NormalEquations, samples: f64) -> Option<Evidence> {
     let d = deviations(memory, priors);
     let n = d.len();
@@ -244,7 +243,7 @@ fn evidence(memory: Memory, priors: [DecayPrior; 2], equations: &NormalEquations
     })
 }
 
-/// The priors of most marginal likelihood, one parameter at a time with shrinking steps.
+/// The priors with the largest marginal likelihood: changes one parameter at a time, with shrinking steps.
 fn most_likely(memory: Memory, start: [DecayPrior; 2], equations: &NormalEquations, samples: f64) -> Option<Fit> {
     if samples <= memory.coefficients() as f64 / 2.0 {
         return None;

@@ -1,4 +1,4 @@
-//! What the inputs pass, block by block.
+//! The paths of the inputs, block by block.
 
 use std::borrow::Cow;
 
@@ -22,7 +22,7 @@ impl Path {
         self.linear().map(LinearBlock::order).sum()
     }
 
-    /// The samples by which all linear blocks together delay.
+    /// The total delay of all linear blocks, in samples.
     pub fn delay(&self) -> usize {
         self.linear().map(LinearBlock::delay).sum()
     }
@@ -56,7 +56,7 @@ pub struct NamedBlock {
     pub kind: BlockKind,
 }
 
-/// A block of one kind with what is known of it.
+/// A block of one kind, with its errors and description.
 #[derive(Debug, Clone, PartialEq)]
 pub enum BlockKind {
     /// A static nonlinearity of one input.
@@ -173,7 +173,7 @@ pub struct StaticBlock {
     pub band: Vec<f64>,
     /// What the band is, for example "95 % pointwise, variance only"; empty where there is none.
     pub band_label: &'static str,
-    /// The ends of the cubic pieces of a spline, increasing, in the unit of what enters it; else empty.
+    /// The ends of the cubic pieces of a spline, increasing, in the unit of its input; otherwise empty.
     pub breakpoints: Vec<f64>,
     /// Points at which the slope of a spline changes at once, increasing, in the same unit.
     pub kinks: Vec<f64>,
@@ -243,7 +243,7 @@ impl StaticBlock {
     }
 }
 
-/// Where the kinks are, to follow the description of a spline.
+/// The places of the kinks, as a continuation of the description of a spline.
 fn places(kinks: &[f64], errors: &[f64]) -> String {
     let place = |(i, at): (usize, &f64)| {
         errors
@@ -263,9 +263,9 @@ fn places(kinks: &[f64], errors: &[f64]) -> String {
 pub struct LinearBlock {
     /// The transfer function; the delay is leading zeros of its numerator. Always stable.
     pub system: TransferFunction,
-    /// Standard errors of its coefficients, where there are some.
+    /// Standard errors of its coefficients, if known.
     pub errors: Option<CoefficientErrors>,
-    /// The estimate of the impulse response from lag 0 that it was fitted to, where there is one.
+    /// The estimated impulse response, from lag 0, to which it was fitted, if there is one.
     pub impulse: Option<ImpulseEstimate>,
 }
 
@@ -274,24 +274,24 @@ pub struct LinearBlock {
 pub struct ImpulseEstimate {
     /// From lag 0.
     pub values: Vec<f64>,
-    /// A value within this of zero is noise with 99 %.
+    /// A value of pure noise lies within this distance of zero with a probability of 99 %.
     pub limit: f64,
 }
 
 /// Standard errors of a transfer function's coefficients.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CoefficientErrors {
-    /// Of [`TransferFunction::b`], zero for the delay's zeros and for what the calibration fixes.
+    /// Errors of [`TransferFunction::b`]; zero for the delay's zeros and for a coefficient that the calibration fixes.
     pub b: Vec<f64>,
-    /// Of [`TransferFunction::a`], zero for the leading 1.
+    /// Errors of [`TransferFunction::a`]; zero for the leading 1.
     pub a: Vec<f64>,
-    /// The covariance of the coefficients behind the delay, first those of b, then those of a from the second on, row by row; empty where
-    /// it is not known, as of a model out of a file.
+    /// The covariance of the coefficients, row by row: first those of b after the delay, then those of a from the second on. Empty if it is
+    /// not known, as for a model from a file.
     pub covariance: Vec<f64>,
 }
 
 impl CoefficientErrors {
-    /// By the covariance of `count` coefficients of b behind a delay and all of a but the first.
+    /// The errors from the covariance of `count` coefficients of b after a delay, and all coefficients of a except the first.
     pub(in crate::identify) fn new(covariance: Vec<f64>, delay: usize, count: usize) -> Self {
         let size = covariance.len().isqrt();
         let error = |i: usize| covariance[i * size + i].max(0.0).sqrt();
@@ -313,7 +313,7 @@ impl LinearBlock {
         })
     }
 
-    /// The samples by which it delays.
+    /// Its delay in samples.
     pub fn delay(&self) -> usize {
         self.system.delay()
     }

@@ -1,16 +1,16 @@
-//! What only one structure has: a named value, with what a reader sees of it.
+//! A result that only one structure has: a named value, and how a reader sees it.
 
 use super::value::Value;
 use crate::nonlinearity::{EstimatorName, Scores};
 
-/// Something that only one structure has, under its name.
+/// A result that only one structure has, with its name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Detail {
-    /// Its name in JSON and in files; empty for what is only for reading.
+    /// Its name in JSON and in files; empty if it is only for reading.
     pub key: &'static str,
     /// Its value.
     pub value: Value,
-    /// How a reader sees it; `None` for what is only in JSON and in files.
+    /// How a reader sees it; `None` if it is only in JSON and in files.
     pub shown: Option<Shown>,
     /// Whether model files have it.
     pub saved: bool,

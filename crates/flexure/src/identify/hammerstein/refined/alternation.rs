@@ -6,12 +6,12 @@
 //! Here e is the output error of the present model, R(z) the autoregression that whitens it, and $\tilde e = R e$. The linear part seen
 //! through the whitening is $\tilde G = R B / A$ with the impulse response $\tilde k$; $\tilde G^*$ is its adjoint, the same filter in
 //! reversed time. The sample u_n reaches the whitened output at n, n + 1, ... with the weights $\tilde k_0, \tilde k_1, ...$ So the
-//! fraction is the least-squares estimate, from all these samples, of how far phi(u_n) is from the model. z is what a regression that
-//! knows the linear part would see: the value of phi plus noise that does not depend on the input.
+//! fraction is the least-squares estimate, from all these samples, of the difference between phi(u_n) and the model. z is thus the data of
+//! a regression with known linear part: the value of phi plus noise that does not depend on the input.
 //!
-//! D is 1 for a white input. Where the input is coloured, or held for several samples, the samples around u_n have nearly its value, and
-//! what phi is wrong there acts through all of them: c are the autocorrelations of the input, r those of $\tilde k$. With D = 1 the
-//! values of a dead zone under an input that is held for 7 samples would be so far off that 20 jumps are found in place of two kinks.
+//! D is 1 for a white input. If the input is coloured, or held for several samples, the samples around u_n have nearly its value, and an
+//! error of phi there acts through all of them: c are the autocorrelations of the input, r those of $\tilde k$. With D = 1, the values of a
+//! dead zone under an input held for 7 samples would be so wrong that 20 jumps are found instead of two kinks.
 
 use super::super::options::RefinedHammerstein;
 use super::super::realisation::ChosenOrder;
@@ -53,7 +53,8 @@ pub(super) struct Minimum {
     pub variance: f64,
     /// D.
     pub dependence: f64,
-    /// The memory that decided which samples counted. With a longer one, fewer would count, and what only early samples tell would be lost.
+    /// The memory that decided which samples counted. With a longer one fewer would count, and the information of early samples would be
+    /// lost.
     pub memory: usize,
 }
 
@@ -66,7 +67,7 @@ struct NoisyValues {
     dependence: f64,
 }
 
-/// The autocorrelations of the input from lag 1 on, zero where chance explains them.
+/// The autocorrelations of the input from lag 1 on; zero if chance explains them.
 pub(super) fn input_correlations(u: &[f64]) -> Vec<f64> {
     let covariance = cross_covariance(u, u, LONGEST_RESPONSE.min(u.len() / 5));
     let limit = SEEN_CORRELATION / (u.len() as f64).sqrt();
@@ -98,7 +99,7 @@ impl Minimum {
         self.terms.len() + linear.b().len() + linear.a().len()
     }
 
-    /// Schwarz's criterion of the whitened error. The places of breakpoints and the whitening count as parameters too.
+    /// Schwarz's criterion of the whitened error. The places of breakpoints and the whitening also count as parameters.
     pub fn criterion(&self) -> f64 {
         let places = self.terms.iter().filter(|term| term.is_breakpoint()).count();
         let parameters = self.equations.parameters() + places + self.whitening.len();
@@ -111,18 +112,18 @@ impl Minimum {
     }
 }
 
-/// Where the alternation stands.
+/// The state of the alternation.
 pub(super) struct Alternation<'a> {
     pub cells: &'a Cells,
     pub method: &'a RefinedHammerstein,
-    /// Those of [`input_correlations`].
+    /// The autocorrelations from [`input_correlations`].
     pub input: &'a [f64],
     /// The nonlinearity at the samples, less its mean.
     pub w: Vec<f64>,
     pub linear: LinearPart,
-    /// Whether the linear part's order and delay stay.
+    /// Whether the linear part's order and delay are kept.
     pub keeps_orders: bool,
-    /// Whether the basis is chosen by [`select_filtered`] where the noise of the memory-removed output is correlated.
+    /// Whether [`select_filtered`] chooses the basis if the noise of the memory-removed output is correlated.
     pub filtered: bool,
     /// The lags after which the response has settled.
     pub memory: usize,
@@ -132,7 +133,7 @@ pub(super) struct Alternation<'a> {
 }
 
 impl<'a> Alternation<'a> {
-    /// From a signal between the blocks, less its mean, and a linear part.
+    /// The alternation from a signal between the blocks, less its mean, and a linear part.
     pub fn new(
         cells: &'a Cells,
         method: &'a RefinedHammerstein,
@@ -155,8 +156,8 @@ impl<'a> Alternation<'a> {
         }
     }
 
-    /// Passes until nothing changes, and again after each change of the linear part. `None` where the numbers degenerate: a nonlinearity without
-    /// variation.
+    /// Runs passes until nothing changes, and again after each change of the linear part. `None` if the result is degenerate: a
+    /// nonlinearity without variation.
     pub fn minimum(mut self, observed: &mut Observed) -> Option<Minimum> {
         let mut blocks = self.passes(observed)?;
         for _ in interrupt::rounds(CHANGES) {
@@ -192,7 +193,7 @@ impl<'a> Alternation<'a> {
         })
     }
 
-    /// Passes until nothing changes.
+    /// Runs passes until nothing changes.
     fn passes(&mut self, observed: &mut Observed) -> Option<Blocks> {
         let mut best: Option<Descended> = None;
         for _ in interrupt::rounds(PASSES) {
@@ -213,8 +214,8 @@ impl<'a> Alternation<'a> {
         best.map(|best| best.blocks)
     }
 
-    /// Linear part, noise, breakpoints, then a few steps of all parameters together; `None` where the data show no nonlinearity or no
-    /// linear part.
+    /// Linear part, noise, breakpoints, then a few steps of all parameters together; `None` if the data show no nonlinearity or no linear
+    /// part.
     pub fn pass(&mut self, observed: &mut Observed) -> Option<Descended> {
         let simulated = self.linear.filter(&observed.experiments, &self.w);
         observed.complete(&simulated, self.offset);
@@ -240,7 +241,7 @@ impl<'a> Alternation<'a> {
                 &noisy.values,
                 &self.terms,
                 &Costs {
-                    // Among dependent samples a single one can pass for a jump: a breakpoint has to pay as if it were alone.
+                    // Among dependent samples, a single one can look like a jump: so a breakpoint is penalised as with independent samples.
                     variance: noisy.dependence * noisy.variance,
                     smooth: false,
                 },
@@ -300,7 +301,7 @@ impl<'a> Alternation<'a> {
     }
 }
 
-/// Whether two choices have the same breakpoints but for small moves.
+/// Whether two choices have the same breakpoints except for small moves.
 fn same_places(a: &[Term], b: &[Term]) -> bool {
     let sorted = |terms: &[Term]| {
         let key = |t: &Term| match *t {

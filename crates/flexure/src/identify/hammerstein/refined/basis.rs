@@ -32,18 +32,18 @@ impl Selection {
 
 /// Chooses a basis for the regression of the values at the samples `u`, beginning with the terms `start`.
 ///
-/// Three bases are compared by what they explain less the cost of their functions, the estimated risk:
+/// Three bases are compared by the estimated risk: what they explain, less the cost of their functions:
 /// 1. jumps, kinks and cubic knots at searched places, each at the cost of a search;
-/// 2. cubic knots alone at searched places, tried where 1 has jumps or kinks but evenly placed knots are nearly as good: noise may
-///    have passed for a kink;
-/// 3. cubic knots at evenly spaced ranks, which cost less as their places are given, taken where clearly better.
+/// 2. cubic knots alone at searched places, tried where 1 has jumps or kinks but evenly placed knots are nearly as good: noise may look
+///    like a kink;
+/// 3. cubic knots at evenly spaced ranks, which cost less since their places are given; taken if clearly better.
 pub(super) fn select(cells: &Cells, u: &[f64], values: &[f64], start: &[Term], costs: &Costs) -> Selection {
     let z = &cells.means(values);
     let net = |g: &OrthogonalFit| g.explained() - SEARCHED_COST * costs.variance * g.breakpoints() as f64;
     let mut fit = stepwise(cells, z, start, costs);
     if let Some(even) = EvenSpline::best(cells, z, costs) {
         let even_net = even.net(costs);
-        // Where evenly placed knots do far worse, the nonlinearity is not smooth.
+        // If evenly placed knots are far worse, the nonlinearity is not smooth.
         let is_rough = |t: &Term| matches!(t, Term::TruncatedPower { degree: 0 | 1, .. });
         if fit.terms.iter().any(is_rough) && even_net > net(&fit) - NEARLY_SMOOTH * SEARCHED_COST * costs.variance {
             let smooth = stepwise(cells, z, &[], &Costs { smooth: true, ..*costs });
@@ -72,10 +72,10 @@ pub(super) fn selection(cells: &Cells, z: &[f64], terms: &[Term]) -> Selection {
     }
 }
 
-/// The terms without the jumps that are not needed because a kink stands beside them.
+/// The terms without the jumps that a neighbouring kink makes unnecessary.
 ///
-/// Between two neighbouring values of the input there are no samples. A jump j and a kink of slope change k at t, both in there, are the same to all
-/// samples as one kink at t - j / k, if that lies in there too.
+/// Between two neighbouring values of the input there are no samples. If a jump j and a kink of slope change k at t both lie there, one
+/// kink at t - j / k has the same values at all samples, if it lies there too.
 fn jumps_joined(cells: &Cells, fit: &OrthogonalFit) -> Vec<Term> {
     let c = fit.solution().coefficients;
     let gap = |at: f64| cells.s.partition_point(|s| *s < at);
@@ -99,7 +99,7 @@ fn jumps_joined(cells: &Cells, fit: &OrthogonalFit) -> Vec<Term> {
     terms.into_iter().flatten().collect()
 }
 
-/// The terms with their jumps moved from the cells' limits to between the samples where they fit best.
+/// The terms with their jumps moved from the cells' limits to the best places between samples.
 fn jumps_placed(cells: &Cells, u: &[f64], values: &[f64], fit: &OrthogonalFit) -> Vec<Term> {
     let mut terms = fit.terms.clone();
     let c = fit.solution().coefficients;
@@ -192,7 +192,7 @@ pub(super) fn even_knots(cells: &Cells, count: usize) -> Vec<f64> {
 #[derive(Clone, Copy)]
 struct EvenSpline {
     knots: usize,
-    /// By how much it lowers the sum of squares.
+    /// The decrease of the sum of squares.
     explained: f64,
 }
 
@@ -201,7 +201,7 @@ impl EvenSpline {
         self.explained - GIVEN_COST * costs.variance * self.knots as f64
     }
 
-    /// That with the least estimated risk (Mallows' C_p).
+    /// The spline with the least estimated risk (Mallows' C_p).
     fn best(cells: &Cells, z: &[f64], costs: &Costs) -> Option<EvenSpline> {
         let mut best: Option<EvenSpline> = None;
         for knots in EVEN_KNOTS {
@@ -221,7 +221,7 @@ impl EvenSpline {
     }
 }
 
-/// By how much the cubic spline with these inner knots lowers the sum of squares; `None` if the cells do not determine it.
+/// The decrease of the sum of squares by the cubic spline with these inner knots; `None` if the cells do not determine it.
 fn explained_by_spline(cells: &Cells, z: &[f64], inner: &[f64]) -> Option<f64> {
     // These splines live on [0, 1].
     let unit = |s: f64| 0.5 * (s + 1.0);

@@ -1,4 +1,4 @@
-//! Both blocks with all their parameters, and the samples that they are fitted to.
+//! Both blocks with all their parameters, and the samples for their fit.
 
 use std::ops::Range;
 
@@ -26,7 +26,7 @@ pub(super) struct Observed<'a> {
 }
 
 impl<'a> Observed<'a> {
-    /// The part of the fit, of a system whose response settles within `memory` samples.
+    /// The samples of the fit, for a system whose response settles within `memory` samples.
     pub fn new(all: &'a Experiments, memory: usize) -> Observed<'a> {
         let y = &all.y[..all.fitted];
         let output_mean = mean(y);
@@ -81,7 +81,7 @@ impl<'a> Observed<'a> {
             .collect()
     }
 
-    /// Puts the model's values in place of what is missing.
+    /// Replaces missing samples by the model's values.
     pub fn complete(&mut self, simulated: &[f64], offset: f64) {
         for &i in &self.missing {
             self.y[i] = simulated[i] + offset;
@@ -99,7 +99,7 @@ pub(super) struct Blocks {
     pub offset: f64,
 }
 
-/// Where each kind of parameter stands in a row of all parameters.
+/// The place of each kind of parameter in a row of all parameters.
 pub(super) struct Layout {
     pub c: Range<usize>,
     pub offset: usize,
@@ -171,7 +171,7 @@ impl Blocks {
         self.linear.filter(&observed.experiments, &self.signal(observed.u))
     }
 
-    /// The share of the output's variance that the free run leaves.
+    /// The share of the output's variance that the free run does not explain.
     pub fn unexplained(&self, observed: &Observed) -> f64 {
         let counted = observed.counts.iter().filter(|c| **c).count() as f64;
         observed.squares(&self.simulated(observed)) / (counted * variance(&observed.y))

@@ -1,8 +1,8 @@
 //! Both blocks in the calibration's scale, with standard errors.
 //!
-//! The parameters' covariance is $\sigma^2 (J'J)^{-1}$ at the minimum (Ljung 1999, section 9.4). What is reported depends on the
-//! parameters through the calibration as well, so the covariance is propagated by the delta method with numerical derivatives. The places
-//! of the kinks are among the parameters (`kinks.rs`).
+//! The parameters' covariance is $\sigma^2 (J'J)^{-1}$ at the minimum (Ljung 1999, section 9.4). The reported values also depend on the
+//! parameters through the calibration, so the covariance is propagated by the delta method with numerical derivatives. The places of the
+//! kinks are among the parameters (`kinks.rs`).
 
 use super::super::calibration::{Calibrated, Calibration, Uncalibrated};
 use super::super::delayed;
@@ -146,7 +146,7 @@ impl Covariance {
     }
 }
 
-/// What is reported, for one set of parameters.
+/// The reported values for one set of parameters.
 struct Reported<'a> {
     calibration: &'a Calibration,
     /// The curve's abscissas.
@@ -176,10 +176,10 @@ impl Reported<'_> {
         Some(curve.chain(b).chain(blocks.linear.a().iter().copied()).collect())
     }
 
-    /// How uncertain all these values are; `None` where an error is not finite.
+    /// The uncertainty of all these values; `None` if an error is not finite.
     fn spread(&self, blocks: &Blocks, covariance: &Covariance) -> Option<Spread> {
         let p = blocks.parameters();
-        // By the parameters that have an error.
+        // The slopes by the parameters that have an error.
         let mut slopes: Vec<(usize, Vec<f64>)> = Vec::new();
         for i in 0..p.len() {
             let step = DERIVATIVE_STEP * covariance.error(i);
@@ -216,7 +216,7 @@ impl Reported<'_> {
     }
 }
 
-/// How uncertain the reported values are.
+/// The uncertainty of the reported values.
 struct Spread {
     /// Standard errors of all of them.
     errors: Vec<f64>,
@@ -233,7 +233,7 @@ impl Spread {
     }
 }
 
-/// Straight on where both end pieces have samples enough to know their slope; else the value of the end.
+/// A straight continuation if both end pieces have enough samples to determine their slope; otherwise the end's value.
 fn outside(terms: &[Term], cells: &Cells) -> Outside {
     let total: f64 = cells.count.iter().sum();
     let share = |in_piece: &dyn Fn(f64, f64) -> bool| {
@@ -251,7 +251,7 @@ fn outside(terms: &[Term], cells: &Cells) -> Outside {
     }
 }
 
-/// Evenly spaced points, and those around every breakpoint; the levels of an input that has few.
+/// Evenly spaced points, and those around every breakpoint; for an input with few levels, only these.
 fn abscissas(minimum: &Minimum, cells: &Cells) -> Vec<f64> {
     let unit = cells.unit;
     let mut at = cells.levels(POINTS).unwrap_or_else(|| {

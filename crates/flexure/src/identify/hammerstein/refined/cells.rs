@@ -55,7 +55,7 @@ impl Cells {
         cells
     }
 
-    /// The samples' values where there are at most so many.
+    /// The samples' values, if there are at most `most` different ones.
     pub fn levels(&self, most: usize) -> Option<Vec<f64>> {
         (self.exact && self.len() <= most).then(|| self.s.iter().map(|s| self.unit.back(*s)).collect())
     }
@@ -82,7 +82,7 @@ impl Cells {
     /// The products of v with (s - t)^d for d in [`DEGREES`], over the cells from m on, t = lower[m].
     ///
     /// The cells are passed from the last to the first. `mu[d]` is the sum of w v (s - t)^d for the present t. When t moves down by
-    /// delta, (s - t)^d becomes (s - t + delta)^d, which the binomial formula expresses by the sums there are:
+    /// delta, (s - t)^d becomes (s - t + delta)^d, which the binomial formula expresses by the present sums:
     /// ```text
     ///   -1 |------|------|--- m ---|-----------| 1
     ///                    t = lower[m]          cells that are already in mu

@@ -7,7 +7,7 @@ use super::loss::Equations;
 use crate::identify::block::UnitDiagonal;
 use crate::interrupt;
 
-/// A damped step of all parameters but the fixed one.
+/// A damped step of all parameters except the fixed one.
 pub(super) fn step(equations: &Equations, fixed: usize, damping: f64) -> Option<Vec<f64>> {
     let others = equations.normal.without(fixed);
     let mut step = UnitDiagonal::new(&others).solve(&others.descent, |d| d + damping)?;
@@ -27,7 +27,7 @@ pub(super) struct Descended {
     pub equations: Equations,
 }
 
-/// Lowers the squared prediction error by at most so many steps.
+/// Lowers the squared prediction error with at most `steps` steps.
 pub(super) fn descend(mut blocks: Blocks, observed: &Observed, whitening: &[f64], steps: usize) -> Descended {
     let mut equations = blocks.equations(observed, whitening);
     let mut damping = FIRST_DAMPING;

@@ -1,4 +1,4 @@
-//! One or several experiments as one sequence of samples, with what is missing and where each begins.
+//! One or several experiments as one sequence of samples, with the missing samples and the start of each experiment.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use crate::record::{Record, bridged};
 /// The samples of all experiments.
 pub(super) struct Experiments {
     pub u: Vec<f64>,
-    /// The output, drawn straight across what is missing.
+    /// The output, interpolated linearly over missing samples.
     pub y: Vec<f64>,
     pub missing: Vec<bool>,
     /// The experiments.

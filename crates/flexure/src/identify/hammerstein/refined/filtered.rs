@@ -1,9 +1,9 @@
-//! The nonlinearity's basis under an input that is coloured or held: regression on functions that are filtered as the output is.
+//! The nonlinearity's basis for a coloured or held input: regression on functions that are filtered like the output.
 //!
 //! $$ \tilde y_n = \sum_j c_j\, \tilde G(z)\, h_j(u_n) + \tilde e_n, \quad \tilde G = \frac{R B}{A} z^{-s} $$
-//! R whitens the error, so that this regression is efficient for any input. For a white input the memory-removed output of `alternation.rs` is
-//! as good, and faster. For others its noise is correlated from sample to sample. A breakpoint there must pay as if it were seen in one
-//! sample alone, so that kinks which the record shows clearly are missed.
+//! R whitens the error, so this regression is efficient for any input. For a white input the memory-removed output of `alternation.rs` is
+//! as good, and faster. For others its noise is correlated from sample to sample. A breakpoint there must be penalised as if only one
+//! sample showed it, so kinks that the record shows clearly are missed.
 //!
 //! Breakpoints are first chosen among places evenly spaced by rank, then moved in finer and finer steps.
 
@@ -27,7 +27,7 @@ struct Filtered<'a> {
     y: Vec<f64>,
 }
 
-/// Chooses a basis for the output behind the linear part `filter`, which whitens too; `whitening` is that part of it.
+/// Chooses a basis for the output of the linear part `filter`. This includes the whitening filter `whitening`.
 pub(super) fn select_filtered(
     cells: &Cells,
     observed: &Observed,
@@ -52,7 +52,7 @@ fn counted(signal: &[f64], counts: &[bool]) -> Vec<f64> {
 }
 
 impl Filtered<'_> {
-    /// A term as the output shows it, at the samples that count.
+    /// A term filtered like the output, at the samples that count.
     fn column(&self, term: Term) -> Vec<f64> {
         if term == Term::Power(0) {
             return vec![1.0; self.y.len()];
@@ -76,7 +76,7 @@ impl Filtered<'_> {
             .iter()
             .flat_map(|at| DEGREES.map(|degree| Term::TruncatedPower { at: *at, degree }));
         let all = self.sweep(powers().chain(breakpoints).collect());
-        // From a straight line and from a cubic: a cubic may lead kinks astray, and a line needs many for a smooth curve.
+        // Starts from a straight line and from a cubic: with a cubic, kinks may get wrong places; with a line, a smooth curve needs many.
         let starts = [2, usize::from(FREE_POWERS)].map(|count| all.clone().chosen_from(count));
         let variance = starts.iter().map(Sweep::variance).fold(f64::INFINITY, f64::min);
         let risk = |sweep: &Sweep| sweep.squares() + variance * sweep.price();
@@ -96,7 +96,7 @@ impl Filtered<'_> {
         Some(last)
     }
 
-    /// Every breakpoint where it fits best among places that are so many cells apart.
+    /// The terms with every breakpoint at its best place, among places that are `spacing` cells apart.
     fn moved(&self, terms: &[Term], spacing: usize) -> Vec<Term> {
         let mut all = terms.to_vec();
         // The other places of each term, as ranges of `all`.
@@ -173,7 +173,7 @@ impl Sweep {
         self.squares() / self.samples.saturating_sub(used).max(1) as f64
     }
 
-    /// By how much the sum of squares falls with a term that is outside.
+    /// The decrease of the sum of squares with one more term.
     fn gain(&self, k: usize) -> f64 {
         let rest = self.at(k, k);
         if self.inside[k] || !(rest > DEPENDENT * self.norms[k]) {
@@ -182,12 +182,12 @@ impl Sweep {
         self.at(k, self.terms.len()).powi(2) / rest
     }
 
-    /// By how much it rises without a term that is inside.
+    /// The increase of the sum of squares without one of the terms.
     fn loss(&self, k: usize) -> f64 {
         self.at(k, self.terms.len()).powi(2) / self.at(k, k)
     }
 
-    /// Takes a term in or out.
+    /// Adds or removes a term.
     fn toggle(&mut self, k: usize) {
         let size = self.terms.len() + 1;
         let pivot = self.at(k, k);
@@ -204,14 +204,14 @@ impl Sweep {
         self.inside[k] = !self.inside[k];
     }
 
-    /// Takes a term in, unless the others span it.
+    /// Adds a term, unless the others span it.
     fn add(&mut self, k: usize) {
         if self.gain(k).is_finite() {
             self.toggle(k);
         }
     }
 
-    /// With the terms that are worth their price, searched from the first `count` on.
+    /// The regression with the terms that are worth their price; the search begins with the first `count` terms.
     fn chosen_from(mut self, count: usize) -> Sweep {
         (0..count).for_each(|k| self.add(k));
         for _ in 0..SWEEPS {
@@ -227,7 +227,7 @@ impl Sweep {
         self
     }
 
-    /// Puts the best term there is in the place of each one with a breakpoint.
+    /// Replaces each term with a breakpoint by the best available one.
     fn exchange(&mut self) {
         for k in 0..self.terms.len() {
             if self.inside[k] && self.terms[k].is_breakpoint() {
@@ -237,17 +237,17 @@ impl Sweep {
         }
     }
 
-    /// The term outside that lowers the sum of squares most.
+    /// The unused term that lowers the sum of squares most.
     fn best(&self) -> Option<usize> {
         (0..self.terms.len()).max_by(|i, j| self.gain(*i).total_cmp(&self.gain(*j)))
     }
 
-    /// What the terms inside must be worth together, in noise variances.
+    /// The total price of the used terms, in noise variances.
     fn price(&self) -> f64 {
         self.chosen().into_iter().map(price).sum()
     }
 
-    /// Takes in terms while they may pay, as two may only pay together.
+    /// Adds terms as long as they may be worth it: two may be worth their price only together.
     fn extend(&mut self) {
         for _ in 0..MOST_TERMS {
             let Some(best) = self
@@ -260,7 +260,7 @@ impl Sweep {
         }
     }
 
-    /// Takes out terms that are not worth their cost.
+    /// Removes terms that are not worth their cost.
     fn reduce(&mut self) {
         loop {
             let removable = |k: &usize| self.inside[*k] && self.terms[*k] != Term::Power(0);
@@ -281,7 +281,7 @@ impl Sweep {
         pairs.filter(|(_, inside)| **inside).map(|(term, _)| *term).collect()
     }
 
-    /// The basis of the terms inside, with the coefficients of this curve.
+    /// The basis of the used terms, with the coefficients of this curve.
     fn selection(&self, cells: &Cells) -> Selection {
         let inside: Vec<usize> = (0..self.terms.len()).filter(|k| self.inside[*k]).collect();
         let value = |s: &f64| -> f64 {
@@ -295,7 +295,7 @@ impl Sweep {
     }
 }
 
-/// What a term must be worth, in noise variances.
+/// The price of a term, in noise variances.
 fn price(term: Term) -> f64 {
     match term {
         Term::Power(_) => GIVEN_COST,

@@ -1,6 +1,6 @@
 //! Physical forms of the nonlinearity.
 
-/// A physical form of a nonlinearity; every one has an offset besides.
+/// A physical form of a nonlinearity; every one also has an offset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PhysicalForm {
     /// slope (x - high) above high, slope (x - low) below low, 0 between.
@@ -32,7 +32,7 @@ impl std::fmt::Display for PhysicalForm {
 }
 
 impl PhysicalForm {
-    /// The names, those that are searched for first.
+    /// The names of the parameters; those found by search come first.
     pub(super) fn names(self) -> Vec<String> {
         let fixed: &[&str] = match self {
             PhysicalForm::DeadZone | PhysicalForm::Saturation => &["low", "high", "slope", "offset"],
@@ -47,7 +47,7 @@ impl PhysicalForm {
         fixed.iter().map(|n| (*n).to_owned()).collect()
     }
 
-    /// The number of parameters that are searched for; the form is linear in the others.
+    /// The number of parameters found by search; the form is linear in the others.
     pub(super) fn searched(self) -> usize {
         match self {
             PhysicalForm::DeadZone | PhysicalForm::Saturation => 2,
@@ -57,7 +57,7 @@ impl PhysicalForm {
         }
     }
 
-    /// The functions at x whose coefficients the other parameters are.
+    /// The functions at x; their coefficients are the other parameters.
     pub(super) fn functions(self, searched: &[f64], x: f64) -> Vec<f64> {
         match (self, searched) {
             (PhysicalForm::DeadZone, &[low, high]) => vec![(x - high).max(0.0) + (x - low).min(0.0), 1.0],
@@ -87,7 +87,7 @@ impl PhysicalForm {
         functions.iter().zip(coefficients).map(|(f, c)| f * c).sum()
     }
 
-    /// The values of the searched parameters to begin with, for increasing abscissas x.
+    /// The starting values of the searched parameters, for increasing abscissas x.
     pub(super) fn grid(self, x: &[f64]) -> Vec<Vec<f64>> {
         let (low, high) = (x[0], x[x.len() - 1]);
         let size = low.abs().max(high.abs());

@@ -1,7 +1,7 @@
 //! Every threshold of the refined method, with its source. A convention is a choice that no reference or measurement decided.
 //! "By the benchmark" means: chosen for the errors in `benches/refined.rs`, over its 8 nonlinearities, 2 linear parts and 4 inputs.
 
-/// The start: the plain estimate is made from at most so many samples. Convention; it only has to be near.
+/// The start: the most samples for the plain estimate. Convention; the start need not be exact.
 pub(super) const START_SAMPLES: usize = 40_000;
 /// Samples after the impulse response has settled that do not count at the start of an experiment. Convention.
 pub(super) const AFTER_SETTLING: usize = 30;
@@ -11,8 +11,8 @@ pub(super) const SAMPLES_PER_UNCOUNTED: usize = 10;
 pub(super) const SHORTEST_MEMORY: usize = 10;
 /// A response has settled when this share of it remains. Convention.
 pub(super) const SETTLED_RESPONSE: f64 = 0.01;
-/// The plain estimate's error on its own samples may be smaller than the refined one's by this share, and by that of so many samples:
-/// it follows the samples' noise with more parameters. Convention.
+/// The plain estimate's error on its own samples may be smaller than the refined one's by this share, plus this number over the samples: it
+/// follows the samples' noise with more parameters. Convention.
 pub(super) const OVERFITTED: f64 = 0.02;
 pub(super) const OVERFITTED_SAMPLES: f64 = 20.0;
 
@@ -20,20 +20,20 @@ pub(super) const OVERFITTED_SAMPLES: f64 = 20.0;
 pub(super) const PASSES: usize = 6;
 pub(super) const STEPS: usize = 3;
 pub(super) const LAST_STEPS: usize = 20;
-/// Alternation: a pass that lowers the noise's deviation by no more than this share, and moves no breakpoint by more than that
-/// distance in the unit coordinate, is the last. Convention.
+/// Alternation: a pass is the last if it lowers the noise's deviation by at most this share, and moves no breakpoint by more than this
+/// distance in the unit coordinate. Convention.
 pub(super) const UNCHANGED_NOISE: f64 = 2e-4;
 pub(super) const UNCHANGED_PLACE: f64 = 0.02;
 /// Alternation: most samples of the whitened impulse response, for its energy. Convention.
 pub(super) const LONGEST_RESPONSE: usize = 2000;
-/// Alternation: an autocorrelation of the input is seen from so many standard deviations of white noise on. Convention: of 2000 lags of a
-/// white input one is beyond that in a thousandth of the records.
+/// Alternation: an autocorrelation of the input counts from this many standard deviations of white noise on. Convention: for a white input
+/// and 2000 lags, one exceeds this in a thousandth of the records.
 pub(super) const SEEN_CORRELATION: f64 = 5.0;
 
-/// Output error: the share of the output's variance that a free run leaves where another start is tried. Convention: noise at 10 dB.
+/// Output error: another start is tried if a free run leaves this share of the output's variance. Convention: noise at 10 dB.
 pub(super) const POOR: f64 = 0.1;
 
-/// Output error: the share of the first free run's squared error below which another without whitening is better. Convention.
+/// Output error: a free run without whitening is better if its squared error is below this share of the first one's. Convention.
 pub(super) const HIDDEN: f64 = 0.9;
 
 /// Order: lags before the supposed delay that are looked at. Convention.
@@ -41,75 +41,77 @@ pub(super) const LAGS_BEFORE_DELAY: usize = 12;
 /// Order: orders beyond the best that are tried. Convention: a pair of poles may only pay together.
 pub(super) const ORDERS_BEYOND: usize = 2;
 
-/// Structure: samples that changes of the linear part are tried on, the steps of each, and how often the rest follows them. Conventions;
-/// they bound the time.
+/// Structure: samples for changes of the linear part, the steps of each change, and how often the other parameters are fitted again after
+/// changes. Conventions; they bound the time.
 pub(super) const STRUCTURE_SAMPLES: usize = 10_000;
 pub(super) const CHANGE_STEPS: usize = 6;
 pub(super) const CHANGES: usize = 3;
-/// Structure: by how much changes must lower Schwarz's criterion. Convention: many are tried, and some lower it by chance.
+/// Structure: the least decrease of Schwarz's criterion by a change. Convention: many are tried, and some lower it by chance.
 pub(super) const CHANGE_GAIN: f64 = 20.0;
 
-/// Cells: most cells that the samples are gathered in. Convention: a place is then known to 0.07 % of the samples.
+/// Cells: the most cells for the samples. Convention: a place is then known to 0.07 % of the samples.
 pub(super) const MOST_CELLS: usize = 1500;
-/// Cells: the fewest samples of a cell, but where values tie. Convention.
+/// Cells: the fewest samples of a cell, except for equal values. Convention.
 pub(super) const FEWEST_IN_CELL: usize = 3;
 
-/// Basis: what a function with a searched breakpoint must gain, in noise variances. About 2 ln of the number of candidates (Foster &
+/// Basis: the least gain of a function with a searched breakpoint, in noise variances. About 2 ln of the number of candidates (Foster &
 /// George 1994), which is 17 for 4500.
 pub(super) const ENTRY_COST: f64 = 20.0;
-/// Basis: the share of a function with a searched breakpoint in the estimated risk. With its search it counts as about four
-/// parameters (Friedman 1991) of two variances each; 10 by the benchmark.
+/// Basis: the share of a function with a searched breakpoint in the estimated risk. With its search, it counts as about four parameters
+/// (Friedman 1991) of two variances each; 10 by the benchmark.
 pub(super) const SEARCHED_COST: f64 = 10.0;
-/// Basis: that of a function with a given breakpoint. Mallows' C_p has 2; 2.5 by the benchmark.
+/// Basis: the same share for a function with a given breakpoint. Mallows' C_p has 2; 2.5 by the benchmark.
 pub(super) const GIVEN_COST: f64 = 2.5;
-/// Basis: by how much given breakpoints must be better than searched ones. By the benchmark.
+/// Basis: the least advantage of given breakpoints over searched ones. By the benchmark.
 pub(super) const GIVEN_MARGIN: f64 = 4.0;
-/// Basis: evenly placed knots within the cost of so many searched functions: a search among cubic knots alone is worth a try.
+/// Basis: a search among cubic knots alone is tried if evenly placed knots are worse by at most the cost of this many searched functions.
 /// Convention.
 pub(super) const NEARLY_SMOOTH: f64 = 2.0;
 /// Basis: the numbers of evenly placed knots that are tried. Convention: each about a quarter more than the one before.
 pub(super) const EVEN_KNOTS: [usize; 14] = [1, 2, 3, 5, 7, 9, 11, 14, 17, 21, 26, 32, 40, 50];
-/// Basis: the powers that count nothing, those up to the cube.
+/// Basis: the number of powers without cost: those up to the cube.
 pub(super) const FREE_POWERS: u8 = 4;
 /// Basis: the cells for each evenly placed knot. Convention.
 pub(super) const CELLS_PER_KNOT: usize = 4;
 /// Basis: the cells on either side in which a jump may move. Convention.
 pub(super) const JUMP_REACH: usize = 3;
 
-/// Filtered: filtered functions are compared where correlation raises the variance of the memory-removed output's noise by more than this
+/// Filtered: filtered functions are compared if correlation raises the variance of the memory-removed output's noise by more than this
 /// factor (D). Convention.
 pub(super) const DEPENDENT_NOISE: f64 = 1.5;
-/// Filtered: samples for the choice, places of each kind of breakpoint, and places on either side that one is moved to at a time. Conventions;
-/// they bound the time.
+/// Filtered: samples for the choice, places of each kind of breakpoint, and how many places on either side are tried when a breakpoint
+/// moves. Conventions; they bound the time.
 pub(super) const FILTERED_SAMPLES: usize = 10_000;
 pub(super) const FILTERED_PLACES: usize = 32;
 pub(super) const MOVED_PLACES: usize = 4;
-/// Filtered: what a jump must gain, in noise variances: twice what other functions must, as a few samples can pass for one. Convention.
+/// Filtered: the least gain of a jump, in noise variances: twice that of other functions, since a few samples can look like a jump.
+/// Convention.
 pub(super) const JUMP_COST: f64 = 40.0;
 
 /// Stepwise: most functions of a basis. Convention; it bounds the time.
 pub(super) const MOST_TERMS: usize = 40;
-/// Stepwise: a candidate is a combination of the terms when they leave no more than this share of its squared norm. The running sums
-/// that this is computed from are exact to about 1e-12.
+/// Stepwise: a candidate counts as a combination of the terms if they leave at most this share of its squared norm. The underlying running
+/// sums are exact to about 1e-12.
 pub(super) const DEPENDENT: f64 = 1e-9;
 /// Stepwise: the same for a term that is orthogonalised twice, which is exact to rounding.
 pub(super) const ROUNDING: f64 = 1e-13;
-/// Stepwise: forward steps go on while the gain exceeds this share of a function's cost, as two may only pay together. Convention.
+/// Stepwise: forward steps continue while the gain exceeds this share of a function's cost, since two may be worth their cost only
+/// together. Convention.
 pub(super) const PATIENCE: f64 = 0.4;
 /// Stepwise: the fewest samples on either side of a jump. Convention.
 pub(super) const FEWEST_AT_JUMP: f64 = 5.0;
-/// Stepwise: more breakpoints than this are not moved, and others in at most so many sweeps. Convention; it bounds the time.
+/// Stepwise: the most breakpoints that are moved, and the most sweeps over them. Convention; it bounds the time.
 pub(super) const MOST_MOVED: usize = 16;
 pub(super) const SWEEPS: usize = 4;
 
-/// Stepwise: a breakpoint moves only where that improves the criterion by more than this share, ten times what rounding can do.
+/// Stepwise: a breakpoint moves only if that improves the criterion by more than this share, ten times the effect of rounding.
 pub(super) const LEAST_GAIN: f64 = 1e-9;
 
-/// Descent: a step that lowers the sum of squares by no more than this share is the last. Convention.
+/// Descent: a step that lowers the sum of squares by at most this share is the last. Convention.
 pub(super) const LEAST_FALL: f64 = 1e-7;
-/// Descent: the damping of the first step, in units of the scaled equations' diagonal: next to none, as the start is near. It is
-/// multiplied by `DAMPING_AFTER_FALL` after a step that lowers the sum of squares, by `DAMPING_AFTER_RISE` to no less than `LEAST_RAISED`
-/// after one that does not, and the search ends above `MOST_DAMPING`. Conventions.
+/// Descent: the damping of the first step, in units of the scaled equations' diagonal: very small, since the start is near. It is
+/// multiplied by `DAMPING_AFTER_FALL` after a step that lowers the sum of squares, and otherwise by `DAMPING_AFTER_RISE`, to at least
+/// `LEAST_RAISED`. The search ends above `MOST_DAMPING`. Conventions.
 pub(super) const FIRST_DAMPING: f64 = 1e-7;
 pub(super) const DAMPING_AFTER_FALL: f64 = 0.1;
 pub(super) const DAMPING_AFTER_RISE: f64 = 30.0;
@@ -121,8 +123,8 @@ pub(super) const KINK_MOVES: usize = 3;
 /// Kinks: the shares of a step that are tried until the error falls. Convention.
 pub(super) const SHARES_OF_STEP: [f64; 3] = [1.0, 0.5, 0.25];
 
-/// Result: beyond the data the curve goes on straight where each of its two end pieces has this share of the samples. Convention: the slope
-/// of a piece with a few samples is not known.
+/// Result: beyond the data the curve continues straight if each of its two end pieces has this share of the samples. Convention: a few
+/// samples do not determine the slope of a piece.
 pub(super) const END_SHARE: f64 = 0.05;
 /// Result: evenly spaced points of the tabulated nonlinearity. Convention.
 pub(super) const POINTS: usize = 401;
@@ -133,7 +135,7 @@ pub(super) const DERIVATIVE_STEP: f64 = 1e-2;
 /// Result: added to the unit diagonal of equations that are singular to rounding. Convention.
 pub(super) const SINGULAR_RIDGE: f64 = 1e-9;
 
-/// Result: breakpoints of one kind up to so many are listed one by one. Convention.
+/// Result: the most breakpoints of one kind that are listed one by one. Convention.
 pub(super) const MOST_LISTED: usize = 6;
 
 /// Forms: the level of the test of lack of fit, and the most groups of samples in it. Conventions.
@@ -146,11 +148,11 @@ pub(super) const FORM_STEPS: usize = 60;
 pub const MOST_DEGREE: usize = 15;
 /// Forms: added to the unit diagonal of the equations for the linear parameters. Rounding.
 pub(super) const FORM_RIDGE: f64 = 1e-12;
-/// Forms: the step of a central difference relative to a parameter, near the third root of rounding, and the least parameter that
-/// it is relative to.
+/// Forms: the step of a central difference relative to a parameter, near the third root of rounding; for smaller parameters than the second
+/// number, relative to that.
 pub(super) const DIFFERENCE_STEP: f64 = 1e-6;
 pub(super) const SMALLEST_PARAMETER: f64 = 1e-12;
-/// Forms: a quantizer's finer grid has steps of this relative distance around the best of the coarse one. The coarse one is geometric
+/// Forms: a quantizer's finer grid has steps of this relative distance around the best of the coarse grid. The coarse grid is geometric
 /// with 1 %; the finer one covers that.
 pub(super) const FINER_STEP: f64 = 3e-5;
 pub(super) const FINER_STEPS: std::ops::RangeInclusive<i32> = -400..=400;

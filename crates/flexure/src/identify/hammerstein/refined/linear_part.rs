@@ -34,7 +34,7 @@ impl LinearPart {
         &self.transfer.a()[1..]
     }
 
-    /// Followed by a moving average.
+    /// This filter, followed by a moving average.
     pub fn then(&self, r: &[f64]) -> LinearPart {
         LinearPart::new(&polynomial_product(self.b(), r), self.a(), self.delay)
     }

@@ -1,4 +1,4 @@
-//! The squared prediction error and its Gauss-Newton equations, in one pass over the samples; over pieces of them at once.
+//! The squared prediction error and its Gauss-Newton equations, in one pass over the samples, with pieces in parallel.
 //!
 //! $$ \tilde e_n = R(z)\Big(y_n - o - \frac{B(z)}{A(z)} z^{-s} \sum_i c_i q_i(u_n)\Big) $$
 //! with the autoregression R of the output error (1 for none). It is linear in c, o and, for fixed A, in B;
@@ -13,7 +13,7 @@ use crate::linear::Piece;
 use crate::linear::levenberg_marquardt::NormalEquations;
 use crate::parallel;
 
-/// Samples that are worked on at a time, so that their rows stay in the cache.
+/// Samples in a chunk, so that their rows stay in the cache.
 const CHUNK: usize = 256;
 /// Rows of the Jacobian that are added to the equations at a time, which saves passes over the matrix.
 const ROWS: usize = 4;
@@ -27,7 +27,7 @@ pub(super) struct Equations {
 }
 
 impl Equations {
-    /// Adds those of other errors, of which the lower triangle is there as it is here.
+    /// Adds the equations of other errors; in both, only the lower triangle is computed.
     fn add(&mut self, other: &Equations) {
         self.count += other.count;
         self.normal.cost += other.normal.cost;
@@ -47,7 +47,7 @@ impl Equations {
         (self.normal.cost / free as f64).sqrt()
     }
 
-    /// Schwarz's criterion of the errors for so many parameters; smaller is better.
+    /// Schwarz's criterion of the errors for this number of parameters; smaller is better.
     pub fn schwarz(&self, parameters: usize) -> f64 {
         let n = self.count.max(1) as f64;
         n * (self.normal.cost / n).max(f64::MIN_POSITIVE).ln() + parameters as f64 * n.ln()
@@ -104,7 +104,7 @@ impl Blocks {
         let (u, y) = (&observed.u[experiment.clone()], &observed.y[experiment.clone()]);
         let counts = &observed.counts[experiment];
         let mut signals = Sensitivities::new(self, whitening);
-        // As long as the whitening and the numerator reach back besides.
+        // Earlier by the lengths of the whitening filter and the numerator too.
         let begin = piece.begin.saturating_sub(signals.history);
         let white_y = LinearPart::moving_average(whitening)
             .transfer
@@ -179,7 +179,7 @@ impl<'a> Sensitivities<'a> {
         }
     }
 
-    /// Computes all signals at the chunk's sample i from the delayed input, `None` before there is one; the prediction there.
+    /// Computes all signals at the chunk's sample i from the delayed input (`None` before its first sample). Returns the prediction there.
     fn advance(&mut self, i: usize, u: Option<f64>) -> f64 {
         let (row, width) = (self.history + i, self.width);
         let a = self.blocks.linear.a();
@@ -235,7 +235,7 @@ impl<'a> Sensitivities<'a> {
         }
     }
 
-    /// Moves the last rows of a chunk of this length to where those before the next chunk are.
+    /// Moves the last rows of a chunk of this length to the place of the rows before the next chunk.
     fn keep_history(&mut self, length: usize) {
         let kept = length..length + self.history;
         for rows in [&mut self.basis, &mut self.filtered] {

@@ -2,28 +2,29 @@
 //!
 //! $$ Y_n = o + \frac{B(z)}{A(z)} z^{-s} \big(\varphi(X_n) + \xi_n\big) + e_n $$
 //! Everything comes from the data: the breakpoints of phi and their kind, the delay s, the order of A and B, and the noise's colour.
-//! The plain estimate ([`PlainHammerstein`]) treats the linear part's memory as noise. Here the memory is removed, and what remains
-//! is an efficient least-squares problem.
+//! The plain estimate ([`PlainHammerstein`]) treats the linear part's memory as noise. Here the memory is removed; the remaining problem is
+//! efficient least squares.
 //!
 //! | step | file |
 //! |---|---|
 //! | 1. the plain estimate on at most 40,000 samples of the joined experiments | `experiments.rs` |
 //! | 2. delay and order by Schwarz's criterion of the whitened error, the linear part by covariances | `order.rs` |
 //! | 3. an autoregression that whitens the output error, and the memory-removed output | `alternation.rs` |
-//! | 4. breakpoints of phi, jumps, kinks and cubic knots, on the memory-removed output; on filtered functions where the input is coloured | `basis.rs`, `stepwise.rs`, `cells.rs`, `piecewise.rs`; `filtered.rs` |
+//! | 4. breakpoints of phi, jumps, kinks and cubic knots, on the memory-removed output; on filtered functions if the input is coloured |
+//! `basis.rs`, `stepwise.rs`, `cells.rs`, `piecewise.rs`; `filtered.rs` |
 //! | 5. Levenberg-Marquardt steps on all coefficients of both blocks (Ljung 1999, chapter 10) | `blocks.rs`, `linear_part.rs`, `loss.rs`, `descent.rs` |
 //! | changes of delay and order, each fitted; after one, steps 3 to 5 again | `structure.rs` |
-//! | where the free run is poor, steps 3 to 5 again from the branch of least output error | `output_error.rs` |
-//! | from the minimum on, steps 3 to 5 again on filtered functions, and without whitening | `views.rs` |
+//! | if the free run is poor, steps 3 to 5 again from the branch of least output error | `output_error.rs` |
+//! | from the minimum, steps 3 to 5 again on filtered functions, and without whitening | `views.rs` |
 //! | the places of kinks as parameters | `kinks.rs` |
 //! | 6. calibration and standard errors | `calibrated.rs` |
 //! | on request, a physical form of phi with a test | `forms.rs`, `form_fit.rs` |
-//! | what a reader is shown of all that | `details.rs` |
+//! | what a reader sees of these steps | `details.rs` |
 //!
 //! Steps 2 to 5 are repeated until nothing changes. Every pass is O(n). The input need not be white.
 //!
-//! Step 3 is generalised least squares. Noise that passes through the linear part has its poles; without whitening it costs a
-//! resonant system several times its accuracy.
+//! Step 3 is generalised least squares. Noise that passes through the linear part has its poles; without whitening, the errors for a
+//! resonant system are several times larger.
 
 mod alternation;
 mod basis;
@@ -85,7 +86,7 @@ impl RefinedHammerstein {
         self.identify_experiments(&[record], input, output)
     }
 
-    /// Identifies one system from several experiments, each with an initial state of its own.
+    /// Identifies one system from several experiments, each with its own initial state.
     ///
     /// The fresh part is the end of all samples taken in order.
     ///
@@ -133,7 +134,7 @@ impl RefinedHammerstein {
         }
     }
 
-    /// The plain estimate from the longest experiment, or its first part where that is enough.
+    /// The plain estimate from the longest experiment, or from its first part if that is enough.
     fn plain_estimate(&self, all: &Experiments, input: &str, output: &str) -> Result<Identification> {
         let longest = all.longest().len();
         let over = |length| {
@@ -240,7 +241,7 @@ impl RefinedHammerstein {
         })
     }
 
-    /// The plain estimate as it is, where the refinement failed.
+    /// The unchanged plain estimate, if the refinement failed.
     fn not_refined(&self, request: &Request<'_>, all: &Experiments, start: Identification) -> Result<Identification> {
         let method = PlainHammerstein {
             calibration: self.calibration,
@@ -284,7 +285,7 @@ fn parameters(linear: &LinearBlock, breakpoints: usize) -> usize {
     linear.order() + numerator + breakpoints + 3
 }
 
-/// What the plain estimate warns of that holds for the refined one, and an input that is not white.
+/// The plain estimate's warnings that also hold for the refined one, except for an input that is not white.
 fn warnings(all: &Experiments, plain: &Identification) -> Vec<Warning> {
     let kept = |w: &&Warning| matches!(w, Warning::FewLevels { .. } | Warning::NoDependence { .. });
     let mut warnings: Vec<Warning> = plain.warnings.iter().filter(kept).cloned().collect();

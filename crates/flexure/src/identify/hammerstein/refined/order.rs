@@ -12,11 +12,11 @@ use crate::linalg;
 use crate::linear::correlation::variance;
 
 impl RefinedHammerstein {
-    /// The linear part with the given order and delay, else with those of least Schwarz criterion of the whitened prediction error. It
+    /// The linear part with the given order and delay, or with those of the least Schwarz criterion of the whitened prediction error. It
     /// is computed from covariances alone.
     ///
-    /// `w` is the signal between the blocks, less its mean. The delay is looked for near `supposed_delay`, and the response is
-    /// supposed to settle within `memory` lags.
+    /// `w` is the signal between the blocks, less its mean. The delay is searched near `supposed_delay`, and the response is assumed to
+    /// settle within `memory` lags.
     pub(super) fn choose_linear_part(
         &self,
         observed: &Observed,
@@ -47,7 +47,7 @@ impl RefinedHammerstein {
             beyond: Some(ORDERS_BEYOND),
             samples: n,
         };
-        // The error is that of the deconvolution, plus what the model's response makes different in the output.
+        // The error is that of the deconvolution, plus the change of the output by the model's response.
         let WithOrder { linear, order } = search.run(|model| {
             let response = model.impulse_response(k.len());
             let difference: Vec<f64> = response.iter().zip(k).map(|(h, k)| h - k).collect();

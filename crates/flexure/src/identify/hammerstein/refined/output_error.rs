@@ -1,8 +1,8 @@
-//! Another start, where the first leads to a poor free run: the Hammerstein branch of least output error.
+//! Another start, if the first one leads to a poor free run: the Hammerstein branch of least output error.
 //!
-//! Under a slow input, slow dynamics look like coloured noise: an autoregression that whitens the error then takes the dynamics' place, and
-//! hardly anything is left for the linear part. The output error has no such way out. Its branch, with its order and delay, goes through
-//! the same steps as the plain start, without a noise model.
+//! Under a slow input, slow dynamics look like coloured noise: the autoregression that whitens the error then imitates the dynamics, and
+//! hardly anything is left for the linear part. This cannot happen with the output error. Its branch, with its order and delay, goes
+//! through the same steps as the plain start, without a noise model.
 
 use std::ops::ControlFlow;
 
@@ -17,8 +17,8 @@ use super::linear_part::LinearPart;
 use crate::linear::correlation::mean;
 
 impl RefinedHammerstein {
-    /// The minimum from the branch of least output error, if `first` leaves much of the output unexplained and that leaves less; else
-    /// `first`. Nothing is searched where the user has chosen, or where samples miss.
+    /// The minimum from the branch of least output error, if `first` leaves much of the output unexplained and the other leaves less;
+    /// otherwise `first`. There is no search if the user has chosen order or delay, or if samples are missing.
     pub(super) fn or_by_output_error(
         &self,
         first: Option<Minimum>,
@@ -107,8 +107,8 @@ mod tests {
         Record::new([("u", u), ("y", y)]).unwrap()
     }
 
-    /// No Hammerstein system, but its two slow poles belong to the linear part and not to the noise: without another start the order is 0,
-    /// the delay 80 to 150, and the model explains nothing.
+    /// This is no Hammerstein system, but its two slow poles belong to the linear part and not to the noise. Without another start, the
+    /// order is 0, the delay 80 to 150, and the model explains nothing.
     #[test]
     fn slow_dynamics_are_not_taken_for_coloured_noise() {
         for seed in 1..6 {

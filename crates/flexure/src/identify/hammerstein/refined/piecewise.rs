@@ -81,7 +81,7 @@ impl UnitCoordinate {
     }
 }
 
-/// A breakpoint that the data asked for.
+/// A breakpoint chosen from the data.
 pub(super) struct Breakpoint {
     /// Where, in the input's unit.
     pub at: f64,
@@ -91,7 +91,7 @@ pub(super) struct Breakpoint {
     pub error: Option<f64>,
 }
 
-/// The breakpoints of a basis, in order, with the standard errors that there are.
+/// The breakpoints of a basis, in order, with their standard errors if known.
 pub(super) fn breakpoints(
     terms: &[Term],
     unit: UnitCoordinate,
@@ -156,7 +156,7 @@ impl PiecewiseCubics {
         }
     }
 
-    /// With more functions: these terms, whose breakpoints are among those there are.
+    /// With these terms as further functions; their breakpoints must be among the present ones.
     pub fn with_terms(&self, terms: &[Term]) -> PiecewiseCubics {
         let (n, size) = (self.size, self.size + terms.len());
         let mut table = Vec::with_capacity(self.lower.len() * 4 * size);
@@ -174,12 +174,12 @@ impl PiecewiseCubics {
         }
     }
 
-    /// By how much the first function's slope changes at a breakpoint, in the unit coordinate.
+    /// The change of the first function's slope at a breakpoint, in the unit coordinate.
     pub fn slope_change(&self, at: f64) -> f64 {
         self.slope_changes(self.lower.partition_point(|l| *l < at))[0]
     }
 
-    /// By how much the functions' slopes change where a piece begins.
+    /// The changes of the functions' slopes at the start of a piece.
     fn slope_changes(&self, piece: usize) -> Vec<f64> {
         let d = self.lower[piece] - self.lower[piece - 1];
         let (before, after) = (self.piece(piece - 1), self.piece(piece));
@@ -195,7 +195,7 @@ impl PiecewiseCubics {
         &self.table[piece * 4 * self.size..][..4 * self.size]
     }
 
-    /// The same functions with a kink moved to a place that no other breakpoint stands before.
+    /// The same functions with a kink moved; no other breakpoint may lie between the two places.
     ///
     /// A slope change k that moves from t to t' adds k (t - t') to all pieces above it. The first of these begins at t'.
     pub fn with_kink_moved(&self, from: f64, to: f64) -> PiecewiseCubics {
@@ -217,7 +217,7 @@ impl PiecewiseCubics {
         moved
     }
 
-    /// Lowers each function but the constant first one by its mean over these points with these weights; the means.
+    /// Subtracts from each function, except the constant first one, its weighted mean over these points. Returns the means.
     pub fn centre(&mut self, points: &[f64], weights: &[f64]) -> Vec<f64> {
         let (mut values, mut sums) = (vec![0.0; self.size], vec![0.0; self.size]);
         for (s, weight) in points.iter().zip(weights) {
@@ -300,7 +300,7 @@ mod tests {
         for x in [3.0, 3.7, 3.81, 5.0, 5.59, 5.61, 7.0, 9.0] {
             let mut got = [0.0; 2];
             pieces.values(x, &mut got);
-            // Held at the end outside.
+            // Outside, the value of the end is held.
             let s = unit.of(x.min(7.0));
             for i in 0..2 {
                 let want: f64 = terms.iter().zip(&mix[7 * i..]).map(|(t, m)| m * t.value(s)).sum();

@@ -32,7 +32,7 @@ pub(super) struct OrthogonalFit<'a> {
     norm: [Vec<f64>; 3],
 }
 
-/// A term that may be added, and by how much it lowers the sum of squares.
+/// A term that may be added, and the decrease of the sum of squares by it.
 #[derive(Clone, Copy)]
 struct NextTerm {
     term: Term,
@@ -69,7 +69,7 @@ impl<'a> OrthogonalFit<'a> {
         let mut v: Vec<f64> = cells.s.iter().map(|s| term.value(*s)).collect();
         let size = cells.dot(&v, &v);
         let mut r = vec![0.0; self.q.len() + 1];
-        // Twice is enough to be orthogonal to rounding.
+        // Two passes make it orthogonal to within rounding.
         for _ in 0..2 {
             for (q, r) in self.q.iter().zip(&mut r) {
                 let share = cells.dot(q, &v);
@@ -161,13 +161,13 @@ impl<'a> OrthogonalFit<'a> {
         self.terms.iter().filter(|term| term.is_breakpoint()).count()
     }
 
-    /// By how much the terms lower the sum of squares.
+    /// The decrease of the sum of squares by the terms.
     pub fn explained(&self) -> f64 {
         self.coefficients.iter().map(|d| d * d).sum()
     }
 }
 
-/// What a function must gain to be worth it.
+/// The costs that a function's gain must exceed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Costs {
     /// The noise's variance in a sample, the unit of all costs.
@@ -220,7 +220,7 @@ pub(super) fn stepwise<'a>(cells: &'a Cells, z: &'a [f64], start: &[Term], costs
     fit
 }
 
-/// The terms that remain when the least worthy is dropped until all are worth their cost.
+/// Drops the least valuable term until all are worth their cost. Returns the remaining terms.
 ///
 /// Without term j the sum of squares rises by c_j^2 / v_jj, with v the inverse of the terms' Gram matrix. The other coefficients and
 /// the inverse follow without a new fit: c_k becomes c_k - c_j v_kj / v_jj, and v_kl becomes v_kl - v_kj v_lj / v_jj.
@@ -253,7 +253,7 @@ fn prune(fit: &OrthogonalFit, costs: &Costs) -> Vec<Term> {
     kept.into_iter().map(|j| fit.terms[j]).collect()
 }
 
-/// The terms after every breakpoint in turn has moved to where it gains most, of whatever degree; `None` if none has moved.
+/// Moves every breakpoint in turn to its best place, with any degree. Returns the terms; `None` if none has moved.
 fn sweep(cells: &Cells, z: &[f64], mut terms: Vec<Term>, costs: &Costs) -> Option<Vec<Term>> {
     let mut changed = false;
     let criterion = |g: &OrthogonalFit| g.explained() - g.terms.iter().map(|t| costs.term(*t).max(0.0)).sum::<f64>();

@@ -1,8 +1,8 @@
 //! Changes of the linear part: a pole, a numerator coefficient or a sample of delay more or less, while Schwarz's criterion of the whitened
 //! error falls.
 //!
-//! Delay and order are first chosen from the estimated impulse response. Under a slow or held input that response is known badly, and one that
-//! rises slowly looks delayed. Here every change is fitted to the samples themselves.
+//! Delay and order are first chosen from the estimated impulse response. Under a slow or held input, that estimate is poor, and a response
+//! that rises slowly looks delayed. Here every change is fitted to the samples themselves.
 
 use super::alternation::Alternation;
 use super::blocks::{Blocks, Observed};
@@ -14,10 +14,10 @@ use crate::interrupt;
 use crate::outliers::standing_alone;
 
 impl Alternation<'_> {
-    /// A better linear part for this nonlinearity and this noise; `None` where no change is better.
+    /// A better linear part for this nonlinearity and this noise; `None` if no change is better.
     pub(super) fn changed(&self, blocks: &Blocks, observed: &Observed, whitening: &[f64]) -> Option<LinearPart> {
         let mut head = observed.head(STRUCTURE_SAMPLES);
-        // Without outliers: a change that follows a few of them would seem to be better.
+        // Outliers are left out: a change that follows a few of them would look better.
         for k in standing_alone(&blocks.errors(&head)) {
             head.counts[k] = false;
         }
@@ -36,7 +36,7 @@ impl Alternation<'_> {
         (criterion(&best) < before - CHANGE_GAIN).then_some(best.blocks.linear)
     }
 
-    /// The linear parts with one change, but for what the user has chosen.
+    /// The linear parts with one change; values chosen by the user stay.
     fn near(&self, linear: &LinearPart) -> Vec<LinearPart> {
         let Some(g) = Rational::from_polynomials(linear.b().to_vec(), linear.transfer.a()) else {
             return Vec::new();
@@ -54,7 +54,8 @@ impl Alternation<'_> {
     }
 }
 
-/// Schwarz's criterion of the whitened error. A pole counts as two parameters: of equally good linear parts, the one of least order is best.
+/// Schwarz's criterion of the whitened error. A pole counts as two parameters: among equally good linear parts, the one of least order is
+/// best.
 fn criterion(fit: &Descended) -> f64 {
     let poles = fit.blocks.linear.a().len();
     fit.equations.schwarz(fit.equations.parameters() + poles)

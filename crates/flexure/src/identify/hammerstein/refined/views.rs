@@ -1,7 +1,7 @@
-//! Other searches from a minimum on, each of which sees what the first may not.
+//! Other searches that start from a minimum; each may find what the first search misses.
 //!
-//! Where the input is coloured or held, the memory-removed output shows the nonlinearity badly: its basis is chosen among filtered functions. And
-//! where the nonlinearity is wrong, the error that it leaves looks like coloured noise, which whitening then hides: the output error shows it.
+//! With a coloured or held input, the memory-removed output shows the nonlinearity badly, so the basis is chosen among filtered functions.
+//! And if the nonlinearity is wrong, its error looks like coloured noise and whitening hides it; the output error shows it.
 
 use super::super::options::RefinedHammerstein;
 use super::alternation::{Alternation, Minimum, memory};
@@ -11,16 +11,16 @@ use super::experiments::Experiments;
 use super::limits::{DEPENDENT_NOISE, HIDDEN, POOR};
 
 impl RefinedHammerstein {
-    /// The best by Schwarz's criterion of the whitened error among `first` and the minima that other searches reach from there:
+    /// The best minimum by Schwarz's criterion of the whitened error, among `first` and the results of other searches from there:
     ///
-    /// 1. on filtered functions, where the input is coloured or held;
-    /// 2. after a minimum of the output error without a noise model, where a pass without it leaves less in a free run.
+    /// 1. on filtered functions, if the input is coloured or held;
+    /// 2. after a minimum of the output error without a noise model, if a pass without that model has a better free run.
     ///
     /// If the free run of the best is poor, and that of the minimum without a noise model is not, the latter is the result.
     pub(super) fn best_of_views(&self, first: Minimum, all: &Experiments, cells: &Cells, input: &[f64]) -> Minimum {
         let observed = &mut Observed::new(all, memory(&first.blocks.linear.transfer));
         let u = observed.u;
-        // With its orders kept.
+        // An alternation that keeps the minimum's orders.
         let onwards = |minimum: &Minimum, method| Alternation {
             keeps_orders: true,
             filtered: true,
@@ -62,7 +62,7 @@ impl RefinedHammerstein {
     }
 }
 
-/// The minimum of the smaller criterion.
+/// The minimum with the smaller criterion.
 fn better(first: Minimum, other: Option<Minimum>) -> Minimum {
     match other {
         Some(other) if other.criterion() < first.criterion() => other,
@@ -71,7 +71,7 @@ fn better(first: Minimum, other: Option<Minimum>) -> Minimum {
 }
 
 impl Minimum {
-    /// With its equations on these samples, so that criteria can be compared.
+    /// The minimum with its equations on these samples, so that criteria can be compared.
     fn on(self, observed: &mut Observed) -> Minimum {
         observed.complete(&self.blocks.simulated(observed), self.blocks.offset);
         Minimum {
