@@ -1,8 +1,7 @@
 //! Stopping a computation from another thread.
 //!
 //! Under [`Interrupt::watch`] every long loop of the library ends soon after [`Interrupt::stop`]: searches, descents, starts,
-//! cross-validation. The partial result is discarded, and the error is [`Error::Stopped`], so that no loop has to say in its
-//! result that it was cut short.
+//! cross-validation. The partial result is discarded, and the error is [`Error::Stopped`], so no loop needs a result for an early end.
 //!
 //! ```
 //! use flexure::{Interrupt, error::Stopped};
@@ -13,8 +12,8 @@
 //! assert_eq!(interrupt.watch(|| 1 + 1), Err(Stopped::Interrupted.into()));
 //! ```
 //!
-//! Progress functions stop simulations, studies and identifications as well: between their steps, with the same error and how far
-//! the work had come in it ([`Stopped`]).
+//! Progress functions stop simulations, studies and identifications as well: between their steps, with the same error, which contains the
+//! progress ([`Stopped`]).
 
 use std::cell::RefCell;
 use std::ops::ControlFlow;
@@ -25,28 +24,28 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use crate::error::{Error, Result, Stopped};
 
 thread_local! {
-    /// What the thread's work is watched by.
+    /// The watcher of the thread's work.
     static CURRENT: RefCell<Option<Watched>> = const { RefCell::new(None) };
 }
 
-/// What a thread's work is watched by.
+/// The watcher of a thread's work.
 #[derive(Clone)]
 struct Watched {
     interrupt: Interrupt,
-    /// Whether the thread does the work of nothing else meanwhile, though it is a pool's.
+    /// Whether the thread, although it belongs to a pool, does no other work meanwhile.
     alone: bool,
     /// Whether the work is a job of a loop.
     is_job: bool,
 }
 
 impl Watched {
-    /// Whether what the thread does now is what is watched.
+    /// Whether the thread's present work is the watched work.
     fn is_asked(&self) -> bool {
         self.alone || rayon::current_thread_index().is_none()
     }
 }
 
-/// Puts back what was watched by, also when work panics.
+/// Restores the earlier watcher, even if the work panics.
 struct Before(Option<Watched>);
 
 impl Drop for Before {
@@ -55,10 +54,10 @@ impl Drop for Before {
     }
 }
 
-/// What unwinds from work that was asked to stop.
+/// The payload of the unwinding when work was asked to stop.
 struct Leaving;
 
-/// Asks the computations that it watches to stop; clones ask the same ones, from any thread.
+/// Asks the computations that it watches to stop. Clones ask the same computations, from any thread.
 #[derive(Debug, Clone, Default)]
 pub struct Interrupt(Arc<State>);
 
@@ -73,7 +72,7 @@ struct State {
 }
 
 impl Interrupt {
-    /// Asks them to stop, for good.
+    /// Asks the computations to stop; this cannot be undone.
     pub fn stop(&self) {
         self.0.requested.store(true, Ordering::Relaxed);
     }
@@ -85,7 +84,7 @@ impl Interrupt {
         self.0.requested.load(Ordering::Relaxed)
     }
 
-    /// Whether to go on: what the library's progress functions return.
+    /// Whether to continue, as the return value of a progress function.
     pub fn flow(&self) -> ControlFlow<()> {
         match self.is_requested() {
             true => ControlFlow::Break(()),
@@ -93,7 +92,7 @@ impl Interrupt {
         }
     }
 
-    /// How far the outermost loop over jobs is in the work that is watched: those that are done, and all; `None` before the first loop.
+    /// The progress of the outermost loop over jobs in the watched work: the numbers of done jobs and of all; `None` before the first loop.
     /// One loop may follow another.
     ///
     /// ```
@@ -109,7 +108,7 @@ impl Interrupt {
         (all > 0).then_some((done, all))
     }
 
-    /// Says to what watches this thread how far its work is: for long work beside the library's, such as reading a file.
+    /// Reports the progress of this thread's work to its watcher: for long work outside the library, such as reading a file.
     pub fn report(done: u64, all: u64) {
         if let Some(watching) = outermost() {
             watching.begin(all);
@@ -124,12 +123,12 @@ impl Interrupt {
         of.store(all, Ordering::Relaxed);
     }
 
-    /// So many more jobs are done.
+    /// Counts `by` further jobs as done.
     fn advance(&self, by: u64) {
         self.0.progress[0].fetch_add(by, Ordering::Relaxed);
     }
 
-    /// Does `work` on this thread, which ends soon when asked to. Inside, another `watch` takes the place of this one.
+    /// Does `work` on this thread; it ends soon when asked to stop. Inside, another `watch` replaces this one.
     ///
     /// The threads of rayon's pools take work from each other: there, the loops do not ask, and `work` runs to its end;
     /// but see [`watch_alone`](Self::watch_alone).
@@ -140,10 +139,10 @@ impl Interrupt {
         self.watch_as(false, work)
     }
 
-    /// As [`watch`](Self::watch), on a thread of a rayon pool that has no other work until this returns: whatever the thread
-    /// takes from the others belongs to `work`, so that the loops ask there too.
+    /// As [`watch`](Self::watch), on a thread of a rayon pool that has no other work until this returns: all jobs that the thread takes
+    /// from others belong to `work`, so the loops ask there too.
     ///
-    /// For a process that was forked, where the threads of rayon's global pool are not:
+    /// For a forked process, in which the threads of rayon's global pool do not exist:
     ///
     /// ```
     /// use flexure::{Error, Interrupt};
@@ -175,10 +174,10 @@ impl Interrupt {
     }
 }
 
-/// What this thread's work is watched by, for the closures that it hands to other threads; one that is never requested where
-/// nothing watches.
+/// The watcher of this thread's work, for the closures that it passes to other threads; without a watcher, an interrupt that is never
+/// requested.
 ///
-/// A thread of rayon's pool that waits may meanwhile do what belongs to another computation: what it is watched by is not asked.
+/// A waiting thread of rayon's pool may meanwhile do work of another computation: its watcher is then not asked.
 pub(crate) fn current() -> Interrupt {
     CURRENT.with_borrow(|current| match current {
         Some(watched) if watched.is_asked() => watched.interrupt.clone(),
@@ -186,7 +185,7 @@ pub(crate) fn current() -> Interrupt {
     })
 }
 
-/// Whether this thread's work is asked to stop: some nanoseconds.
+/// Whether this thread's work is asked to stop. The call takes some nanoseconds.
 pub(crate) fn requested() -> bool {
     CURRENT.with_borrow(|current| {
         let asked = current.as_ref().filter(|watched| watched.interrupt.is_requested());
@@ -194,7 +193,7 @@ pub(crate) fn requested() -> bool {
     })
 }
 
-/// What this thread's work is watched by, if it is.
+/// The watcher of this thread's work, if there is one.
 pub(crate) fn watching() -> Option<Interrupt> {
     CURRENT.with_borrow(|current| {
         let asked = current.as_ref().filter(|watched| watched.is_asked());
@@ -202,7 +201,7 @@ pub(crate) fn watching() -> Option<Interrupt> {
     })
 }
 
-/// What hears of the jobs of a loop that begins on this thread: what watches it, unless it is itself such a job.
+/// The receiver of the job counts of a loop that begins on this thread: the thread's watcher, unless the thread itself works on such a job.
 fn outermost() -> Option<Interrupt> {
     CURRENT.with_borrow(|current| {
         let asked = current.as_ref().filter(|watched| watched.is_asked() && !watched.is_job);
@@ -210,7 +209,7 @@ fn outermost() -> Option<Interrupt> {
     })
 }
 
-/// Counts the jobs of a loop for what watches this thread.
+/// Counts the jobs of a loop for the watcher of this thread.
 pub(crate) struct Counted(Option<Interrupt>);
 
 impl Counted {
@@ -231,10 +230,10 @@ impl Counted {
     }
 }
 
-/// The items between two questions whether a long loop is to stop: some milliseconds of work.
+/// A long loop checks whether to stop after this many items: some milliseconds of work.
 const PART: usize = 1 << 14;
 
-/// At item `i` of a long loop, ends it now and then if it is to stop.
+/// Called at item `i` of a long loop; checks now and then whether to stop, and then unwinds.
 pub(crate) fn leave_at(i: usize) {
     if i.is_multiple_of(PART) {
         leave();
@@ -276,7 +275,7 @@ impl Iterator for Rounds {
 }
 
 impl Drop for Rounds {
-    /// A search can end before its last round: then the rest of the rounds is done too.
+    /// A search can end before its last round: then the remaining rounds count as done.
     fn drop(&mut self) {
         if let Some(watching) = &self.counted.0 {
             watching.begin(0);
@@ -284,9 +283,10 @@ impl Drop for Rounds {
     }
 }
 
-/// Does a job of work that is watched so, on whatever thread: the job's loops ask there too. Unwinds if it is asked to stop.
+/// Does a job of work with this watcher, on any thread: the job's loops ask there too. Unwinds if it is asked to stop.
 ///
-/// Every job says so for itself. A thread that waits within one may take another computation's, and asks for that one meanwhile.
+/// Every job sets its own watcher: a thread that waits within one job may take a job of another computation, and then asks that one's
+/// watcher.
 pub(crate) fn within<T>(watching: &Option<Interrupt>, job: impl FnOnce() -> T) -> T {
     let watched = watching.clone().map(|interrupt| Watched {
         interrupt,
@@ -298,14 +298,14 @@ pub(crate) fn within<T>(watching: &Option<Interrupt>, job: impl FnOnce() -> T) -
     job()
 }
 
-/// Unwinds to the watch of this thread's work, if that is asked to stop: for loops whose result has no place for that.
+/// Unwinds to the watch of this thread's work, if that is asked to stop: for loops that cannot return an error.
 pub(crate) fn leave() {
     if requested() {
         resume_unwind(Box::new(Leaving));
     }
 }
 
-/// An error where this thread's work is asked to stop.
+/// An error if this thread's work is asked to stop.
 ///
 /// # Errors
 /// [`Error::Stopped`].
@@ -318,7 +318,7 @@ pub(crate) fn check() -> Result<()> {
 
 #[cfg(test)]
 impl Interrupt {
-    /// One that is requested by itself once it has been asked so many times.
+    /// An interrupt that requests itself after it has been asked `times` times.
     pub(crate) fn after(times: u64) -> Self {
         let interrupt = Interrupt::default();
         *interrupt.0.fuse.lock().unwrap() = Some(times);

@@ -41,7 +41,7 @@
 //! | [`validation`] | fit measures and residual tests |
 //! | [`systems`] | known systems with their exact truth |
 //! | [`text`] | numbers and text for readers |
-//! | [`study`] | convergence rates by Monte Carlo, beside the theorems' |
+//! | [`study`] | convergence rates by Monte Carlo, compared with the theorems |
 //! | [`interrupt`] | stopping a computation from another thread |
 //! | [`error`] | everything that can go wrong, with the facts in the fields |
 

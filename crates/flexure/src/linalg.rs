@@ -11,7 +11,7 @@ pub type Vector = DVector<f64>;
 /// The factors of a symmetric positive definite matrix.
 pub type Cholesky = nalgebra::Cholesky<f64, Dyn>;
 
-/// The product of two matrices, with sums in the order of their terms, so that it depends on no processor.
+/// The product of two matrices, with sums in the order of their terms, so that it does not depend on the processor.
 pub fn product(a: &Matrix, b: &Matrix) -> Matrix {
     let mut product = Matrix::zeros(a.nrows(), b.ncols());
     for (mut column, b) in product.column_iter_mut().zip(b.column_iter()) {

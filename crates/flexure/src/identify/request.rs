@@ -75,7 +75,7 @@ pub struct Request<'a> {
     pub inputs: &'a [&'a str],
     /// The output's column.
     pub output: &'a str,
-    /// What there is to choose.
+    /// The choices.
     pub options: Options,
     prepared: OnceLock<Prepared>,
 }
@@ -141,7 +141,7 @@ impl<'a> Request<'a> {
     }
 }
 
-/// What there is to choose.
+/// The choices.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// The share of the record, at its end, kept for the verdict; 0.05 to 0.9.

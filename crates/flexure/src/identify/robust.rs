@@ -1,11 +1,11 @@
-//! Outliers of the output: found in every result, and left out of the fit where that is asked for.
+//! Outliers of the output: found in every result, and left out of the fit on request.
 //!
-//! A sample is an outlier if its error in the free run stands alone: it is far from the running median of five errors, in units of what is usual
-//! nearby and of the errors themselves. What a model cannot follow seldom does: its errors have neighbours.
+//! A sample is an outlier if its error in the free run stands alone: it is far from the running median of five errors, in units of the
+//! usual deviation nearby and of the errors themselves. Effects that a model cannot follow seldom do this: such errors come in groups.
 //!
-//! Left out is a sample whose place the model's own output takes, until the outliers stay the same. That is the M-estimate whose weight is 1 below the
-//! limit and 0 above, by Huber's (1981, section 7.8) pseudo-values, which serve all structures alike. The first fit has the samples that stand alone
-//! in the output itself drawn straight, as a fit that outliers ruined shows none.
+//! To leave a sample out, the model's own output replaces it; this is repeated until the outliers stay the same. It is the M-estimate with
+//! weight 1 below the limit and 0 above, by Huber's (1981, section 7.8) pseudo-values, which work for all structures. For the first fit,
+//! samples that stand alone in the output itself are interpolated, since a fit ruined by outliers does not show them.
 
 use super::request::{Options, Progress, Request, Structure};
 use super::result::{Detail, Identification};
@@ -14,13 +14,13 @@ use crate::error::Result;
 use crate::outliers::standing_alone;
 use crate::record::{Record, bridged};
 
-/// Share of the state before a record after which it counts as forgotten. Convention.
+/// The initial state counts as forgotten when this share of its effect remains. Convention.
 const SETTLED: f64 = 0.01;
-/// Share of a record at most whose errors may come from the state before it. Convention.
+/// The largest share of a record whose errors may come from the unknown initial state. Convention.
 const LONGEST_START: f64 = 0.1;
 /// The share of the output's variance below which a fit may have been ruined. Convention.
 const RUINED: f64 = 0.5;
-/// Fits at most. Two suffice where the first finds all outliers.
+/// The most fits. Two are enough if the first finds all outliers.
 const ROUNDS: usize = 5;
 
 fn output(request: &Request<'_>) -> Result<Vec<f64>> {
@@ -28,7 +28,7 @@ fn output(request: &Request<'_>) -> Result<Vec<f64>> {
     Ok(each.collect::<Result<Vec<_>>>()?.concat())
 }
 
-/// The outliers among the errors of a model. Where a record starts, the state before it is unknown: those errors are not judged.
+/// The outliers among the errors of a model. At the start of a record the state is unknown, so those errors are not judged.
 fn outliers(request: &Request<'_>, measured: &[f64], result: &Identification) -> Vec<usize> {
     let mut errors: Vec<f64> = measured.iter().zip(&result.predicted).map(|(y, p)| y - p).collect();
     let settling = result.model.settling(SETTLED);
@@ -41,13 +41,13 @@ fn outliers(request: &Request<'_>, measured: &[f64], result: &Identification) ->
     standing_alone(&errors)
 }
 
-/// Says which outliers a result has.
+/// Adds a warning about the outliers of a result.
 pub(super) fn warned(mut result: Identification, request: &Request<'_>) -> Result<Identification> {
     let is_said = |w: &Warning| matches!(w, Warning::Outliers { .. });
     if !result.warnings.iter().any(is_said) {
         let output = output(request)?;
         let mut samples = outliers(request, &output, &result);
-        // An outlier that ruined the fit stands out from the output, and hardly from the model.
+        // An outlier that ruined the fit is far from the rest of the output, but hardly from the model.
         if result.verdict.measures.r_squared < RUINED {
             samples.extend(standing_alone(&output));
             samples.sort_unstable();
@@ -103,7 +103,7 @@ pub(super) fn identify(
     }
 }
 
-/// The signal with others' values at some samples.
+/// The signal with the values of another one at some samples.
 fn filled(signal: &[f64], by: &[f64], at: &[usize]) -> Vec<f64> {
     let mut filled = signal.to_vec();
     at.iter().for_each(|t| filled[*t] = by[*t]);
@@ -182,7 +182,7 @@ mod tests {
             assert!(AT.iter().all(|at| named.contains(at)), "{named:?}");
             let robust = identified(structure, &spoiled, true);
             assert_eq!(said(&robust), Some((AT.to_vec(), true)));
-            // Of the clean output, by the three models.
+            // The errors of the three models on the clean output.
             let y = clean.column("y").unwrap();
             let error = |found: &Identification| -> f64 {
                 let errors = y.iter().zip(&found.predicted).map(|(y, p)| (y - p).powi(2));

@@ -13,12 +13,12 @@ use crate::error::{Error, Result, Stopped};
 use crate::model::Block;
 use crate::validation::estimate_initial_state_of_inputs;
 
-/// The share of its size to which a response no longer depends on the state at the start.
+/// The initial state counts as forgotten when its effect has fallen to this share.
 const FORGOTTEN: f64 = 1e-3;
-/// What all prediction-error methods are called.
+/// The name of all prediction-error methods.
 const PREDICTION_ERROR: &str = "prediction-error";
 
-/// Reports a step of a method that has no others, and stops where that is asked for.
+/// Reports the only step of a method, and stops if asked to.
 pub(super) fn announce(stage: &'static str, progress: &mut Progress<'_>) -> Result<()> {
     match progress(stage) {
         ControlFlow::Break(()) => Err(Error::Stopped(Stopped::Identifying { stage })),
@@ -38,7 +38,7 @@ pub(super) struct Run {
 }
 
 impl Run {
-    /// The free run of a model, the number of whose parameters may be known.
+    /// The free run of a model; the number of its parameters may be known.
     pub(super) fn new(
         samples: &Samples<'_>,
         model: Block,
@@ -64,7 +64,7 @@ impl Run {
         })
     }
 
-    /// The result by prediction error, without what was tried and without details.
+    /// The result by prediction error, without the list of trials and without details.
     pub(super) fn identification(self, row: &Structure, request: &Request<'_>) -> Result<Identification> {
         let verdict = Verdict::worst(&self.verdicts).cloned();
         let verdict = verdict.ok_or_else(|| Error::too_short("a verdict on the inputs", 1, 0))?;
@@ -94,8 +94,7 @@ impl Run {
     }
 }
 
-/// The free run over all samples. Where the fresh part still rings from the start, the state in which the record began is estimated from
-/// the fitted part.
+/// The free run over all samples. If the initial state still affects the fresh part, it is estimated from the fitted part.
 fn free_run(model: &Block, samples: &Samples<'_>) -> Result<Vec<f64>> {
     if model.settling(FORGOTTEN) < samples.fitted {
         return Ok(model.run(&samples.u));
@@ -154,7 +153,7 @@ impl Path {
     }
 }
 
-/// What the search for poles and zeros started from, and the approximations by their orders.
+/// The details of the start of the search for poles and zeros, and the approximations by their orders.
 pub(super) fn start_details(start: &str, prepared: &Prepared, paths: &[Path]) -> Vec<Detail> {
     let chosen: usize = paths.iter().map(Path::order).sum();
     let approximations = &prepared.approximations;

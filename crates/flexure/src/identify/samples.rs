@@ -1,4 +1,4 @@
-//! The samples of one record, checked, and what is made of them before and after every fit by simulation error.
+//! The checked samples of one record, and the common steps before and after every fit by simulation error.
 
 use super::block::Prepared;
 use super::checks::{both_vary, fresh_part, warn_if_useless, warn_of_levels};
@@ -52,8 +52,8 @@ impl<'a> Samples<'a> {
         Prepared::new(&u, &self.y[..self.fitted])
     }
 
-    /// The verdicts on a free run over all samples, of a model whose number of parameters may be known: one verdict for each input and for each
-    /// pair of inputs ([`Verdict::of_inputs`]).
+    /// The verdicts on a free run over all samples, for a model whose number of parameters may be known: one verdict for each input and for
+    /// each pair of inputs ([`Verdict::of_inputs`]).
     pub fn verdicts(&self, predicted: &[f64], parameters: Option<usize>) -> Result<Vec<Verdict>> {
         let fitted = self.fitted;
         let estimated = parameters.map(|parameters| Estimated {
@@ -64,7 +64,7 @@ impl<'a> Samples<'a> {
         Verdict::of_inputs(&fresh, &self.y[fitted..], &predicted[fitted..], estimated)
     }
 
-    /// What the user should know of the samples and of these verdicts.
+    /// The warnings about the samples and these verdicts.
     pub fn warnings(&self, verdicts: &[Verdict]) -> Vec<Warning> {
         let mut warnings = Vec::new();
         let fitted = self.u.iter().map(|u| &u[..self.fitted]);

@@ -1,8 +1,8 @@
-//! What the user should know before trusting a model.
+//! Warnings for the user of a model.
 
 use crate::text::{self, number};
 
-/// So many outliers are named by their sample.
+/// The most outliers that are named by their sample.
 const NAMED_OUTLIERS: usize = 5;
 
 /// Something that the user should know before trusting the model.
@@ -73,7 +73,7 @@ pub enum Warning {
         low: f64,
         /// Largest input of the fit.
         high: f64,
-        /// Whether the curve goes on straight there; else it has the value of its end.
+        /// Whether the curve continues straight there; otherwise it has the value of its end.
         continued: bool,
     },
     /// The model predicts no better than the output's mean.
@@ -128,7 +128,7 @@ pub enum Warning {
         /// Whether they were left out.
         left_out: bool,
     },
-    /// There is little for a cascade's search to start from.
+    /// The start of a cascade's search is weak.
     #[error(
         "the best linear approximation explains only {percent:.1} % of the output's variance, from which a cascade's poles and \
          zeros are hardly known: give the input a mean where the nonlinearity is steep, or record for longer"

@@ -36,11 +36,11 @@ pub struct Shown {
 pub enum Place {
     /// Among the headline numbers.
     Fact,
-    /// Among the headline numbers of a page; not in the text for a terminal, which says it elsewhere.
+    /// Among the headline numbers of a page; not in the text for a terminal, which has it elsewhere.
     PageFact,
-    /// Among what was chosen from data; not in the text for a terminal.
+    /// Among the choices from data; not in the text for a terminal.
     Choice,
-    /// Among what was chosen from data, and a line of the text.
+    /// Among the choices from data, and as a line of the text.
     ChoiceAndText,
 }
 
@@ -70,7 +70,7 @@ impl Score {
             (false, _) => String::new(),
         };
         let logarithmic = !name.counts() || name == EstimatorName::Neighbours;
-        // Zero has no place on a logarithmic axis.
+        // A logarithmic axis cannot show zero.
         let kept = || (scores.parameter.iter().zip(&scores.score)).filter(|(p, _)| !logarithmic || **p > 0.0);
         Score {
             x_label: format!("{}{unit}", name.parameter()),
@@ -97,7 +97,7 @@ impl Detail {
         }
     }
 
-    /// Something for reading alone.
+    /// A detail only for reading.
     pub fn sentence(place: Place, title: &str, text: impl Into<String>, note: &str) -> Self {
         Detail::new("", Value::None).shown(place, title, text, note)
     }

@@ -1,7 +1,7 @@
-//! The one result of all identifications: what each input passes block by block, the model, and whether it holds.
+//! The one result of all identifications: the path of each input block by block, the model, and whether it holds.
 //!
-//! Text, JSON, model file and page are each one walk over an [`Identification`]. What only one structure has is a
-//! [`Detail`]: a named value, which the same walks print, save and show.
+//! Text, JSON, model file and page are each one walk over an [`Identification`]. A result that only one structure has is a [`Detail`]: a
+//! named value, which the same walks print, save and show.
 
 mod blocks;
 mod detail;
@@ -38,7 +38,7 @@ impl std::fmt::Display for StructureName {
     }
 }
 
-/// An identified system with all that was chosen on the way.
+/// An identified system, with all choices of its identification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identification {
     /// The structure.
@@ -53,34 +53,34 @@ pub struct Identification {
     pub output: String,
     /// The model, ready to simulate.
     pub model: Block,
-    /// What the inputs pass; the paths' outputs add up.
+    /// The paths of the inputs; the model's output is the sum of the paths' outputs.
     pub paths: Vec<Path>,
-    /// Whether the structure is a sum of paths, even where it has only one.
+    /// Whether the structure is a sum of paths, even if it has only one.
     pub is_sum: bool,
-    /// Added to the sum of the paths.
+    /// A constant that is added to the sum of the paths.
     pub output_offset: f64,
     /// The number of poles of all linear blocks.
     pub order: usize,
-    /// The samples by which the output is delayed; of several paths, the smallest.
+    /// The delay of the output in samples; for several paths, the smallest.
     pub delay: usize,
     /// The number of parameters that the data determine.
     pub parameters: usize,
     /// What was tried, in order; the last one was chosen.
     pub tried: Vec<Values>,
-    /// What only this structure has.
+    /// Results that only this structure has.
     pub details: Vec<Detail>,
     /// The autoregression 1, r_1, r_2, ... that whitens the output error; `None` without a model of the noise.
     pub noise_model: Option<Vec<f64>>,
-    /// What speaks for this structure and against others, where several were compared.
+    /// The evidence for this structure and against others, if several were compared.
     pub comparison: Option<StructureComparison>,
     /// Samples `0..fitted` (of all experiments, one after the other) were used for the fit, the rest for the verdict.
     pub fitted: usize,
     /// The free-run output over all samples.
     pub predicted: Vec<f64>,
-    /// The verdict on the samples from `fitted` on; of several verdicts, the one that says most against the model.
+    /// The verdict on the samples from `fitted` on; for several verdicts, the one with the strongest evidence against the model.
     pub verdict: Verdict,
-    /// Of several inputs, one verdict an input and then one a pair of inputs. The fit is the same in all; the residual tests look for
-    /// this input, or the product of these inputs' deviations, in the error.
+    /// For several inputs, one verdict for each input and then one for each pair of inputs. The fit is the same in all; the residual tests
+    /// look for this input, or the product of these inputs' deviations, in the error.
     pub verdicts: Vec<Verdict>,
     /// What the user should know.
     pub warnings: Vec<Warning>,
@@ -92,7 +92,7 @@ impl Identification {
         self.verdict.measures.fit_percent
     }
 
-    /// Whether the model holds; of several inputs, for each and for every pair of them.
+    /// Whether the model holds; with several inputs, for each of them and for every pair.
     pub fn holds(&self) -> bool {
         self.verdict.holds() && self.verdicts.iter().all(Verdict::holds)
     }
@@ -107,7 +107,7 @@ impl Identification {
         self.blocks().find(|b| b.role == role)
     }
 
-    /// The heading of the path of this index: by its input, where the paths have inputs of their own.
+    /// The heading of the path of this index: by its input, if the paths have different inputs.
     pub fn path_title(&self, index: usize) -> String {
         match &self.paths[index].inputs[..] {
             [input] if self.inputs.len() > 1 => format!("from '{input}'"),

@@ -1,8 +1,8 @@
-//! How uncertain a linear block is where it is read: its frequency response and its poles.
+//! The uncertainty of a linear block's frequency response and poles.
 //!
-//! The covariance P of the coefficients is carried over by the first derivatives. With $G = B/A$ at $z = e^{i\omega}$,
+//! It follows from the covariance P of the coefficients by the first derivatives. With $G = B/A$ at $z = e^{i\omega}$,
 //! $$ \frac{\partial \ln G}{\partial b_k} = \frac{z^{-k}}{B}, \qquad \frac{\partial \ln G}{\partial a_k} = -\frac{z^{-k}}{A}, $$
-//! whose real part is that of the magnitude's logarithm, and whose imaginary part that of the phase. A simple pole p of
+//! where the real part is the derivative of the magnitude's logarithm, and the imaginary part that of the phase. A simple pole p of
 //! $A(z) = z^n + a_1 z^{n-1} + \dots + a_n$ has
 //! $$ \frac{\partial p}{\partial a_k} = -\frac{p^{n-k}}{A'(p)}. $$
 
@@ -12,9 +12,9 @@ use crate::linear::Complex;
 /// The standard errors of a frequency response at one frequency.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResponseError {
-    /// Of the magnitude's natural logarithm.
+    /// The standard error of the magnitude's natural logarithm.
     pub log_magnitude: f64,
-    /// Of the phase, rad.
+    /// The standard error of the phase, rad.
     pub phase: f64,
 }
 
@@ -23,14 +23,14 @@ pub struct ResponseError {
 pub struct PoleCovariance {
     /// The variance of the real part.
     pub real: f64,
-    /// Of both parts together.
+    /// The covariance of both parts.
     pub both: f64,
     /// The variance of the imaginary part.
     pub imaginary: f64,
 }
 
 impl LinearBlock {
-    /// The standard errors of the frequency response at `omega`, rad a sample; `None` where the coefficients' covariance is not known.
+    /// The standard errors of the frequency response at `omega`, rad a sample; `None` if the coefficients' covariance is not known.
     pub fn response_error(&self, omega: f64) -> Option<ResponseError> {
         let (covariance, first) = self.covariance()?;
         let power = |k: usize| Complex::from_polar(1.0, -omega * k as f64);
@@ -47,7 +47,7 @@ impl LinearBlock {
         (error.log_magnitude.is_finite() && error.phase.is_finite()).then_some(error)
     }
 
-    /// The covariance of a pole; `None` where that of the coefficients is not known, and for a pole that is not simple.
+    /// The covariance of a pole; `None` if that of the coefficients is not known, or if the pole is not simple.
     pub fn pole_covariance(&self, pole: Complex<f64>) -> Option<PoleCovariance> {
         let (covariance, first) = self.covariance()?;
         let a = self.system.a();
@@ -63,7 +63,7 @@ impl LinearBlock {
         (found.real.is_finite() && found.imaginary.is_finite()).then_some(found)
     }
 
-    /// The covariance of the coefficients, and the first of b that it has.
+    /// The covariance of the coefficients, and the index of its first coefficient of b.
     fn covariance(&self) -> Option<(&[f64], usize)> {
         let covariance = &self.errors.as_ref()?.covariance;
         let count = covariance.len().isqrt();
@@ -72,7 +72,7 @@ impl LinearBlock {
     }
 }
 
-/// The covariance of the real and imaginary part of what has these derivatives.
+/// The covariance of the real and imaginary parts of a quantity with these derivatives.
 fn spread(covariance: &[f64], slopes: &[Complex<f64>]) -> PoleCovariance {
     let mut found = PoleCovariance {
         real: 0.0,

@@ -82,7 +82,7 @@ impl Values {
         self.0.iter().find(|(n, _)| *n == name).map(|(_, value)| value)
     }
 
-    /// The number of this name; NaN where there is none.
+    /// The number of this name; NaN if there is none.
     pub fn number(&self, name: &str) -> f64 {
         self.get(name).and_then(Value::number).unwrap_or(f64::NAN)
     }
@@ -110,7 +110,7 @@ impl Serialize for Values {
     }
 }
 
-/// Conversions of what a detail consists of.
+/// Conversions from the types in a detail.
 macro_rules! value_from {
     ($($from:ty => $to:expr),* $(,)?) => {
         $(impl From<$from> for Value {

@@ -32,7 +32,7 @@ pub(super) fn range(x: &[f64]) -> [f64; 2] {
     x.iter().fold([f64::INFINITY, f64::NEG_INFINITY], both)
 }
 
-/// Points over a range that lie the closer to each other the nearer to zero: at $u \sinh t$ for uniform t.
+/// Points over a range, denser near zero: at $u \sinh t$ for uniform t.
 pub(super) struct Spacing {
     unit: f64,
     from: f64,
@@ -56,9 +56,9 @@ impl Spacing {
     }
 }
 
-/// Cubic splines over the range of some points, with breakpoints that lie the closer the nearer to zero.
+/// Cubic splines over the range of some points, with breakpoints that are denser near zero.
 ///
-/// Friction changes fastest where the velocity changes sign, a soft wind-up is a matter of small deflections.
+/// Friction changes fastest where the velocity changes sign, and a soft wind-up acts at small deflections.
 #[derive(Debug, Clone)]
 pub(super) struct Basis {
     splines: CubicSplines,
@@ -67,8 +67,8 @@ pub(super) struct Basis {
 }
 
 impl Basis {
-    /// For friction over the velocities x: `pieces` intervals on either side of zero, fewer where there are not enough
-    /// points; `x` has a range.
+    /// For friction over the velocities x: `pieces` intervals on either side of zero, fewer if there are not enough points. The points of
+    /// `x` must not be all equal.
     pub fn friction(x: &[f64], pieces: usize) -> Basis {
         Basis::new(x, pieces, FRICTION_DENSER)
     }
@@ -112,7 +112,7 @@ impl Basis {
         self.splines.len()
     }
 
-    /// The four splines that do not vanish at x; the nearest end's beyond the range.
+    /// The four splines that do not vanish at x; beyond the range, those at the nearest end.
     fn at(&self, x: f64) -> LocalValues<4> {
         self.splines
             .at(((x - self.low) / (self.high - self.low)).clamp(0.0, 1.0))
@@ -182,7 +182,7 @@ impl Basis {
         total.max(0.0)
     }
 
-    /// `points` abscissas over the range, closer to each other near zero; zero is one if it is in the range.
+    /// `points` abscissas over the range, closer to each other near zero; zero is one of them if it is in the range.
     pub fn grid(&self, points: usize) -> Vec<f64> {
         let spacing = Spacing::new([self.low, self.high], GRID_DENSER);
         let mut grid: Vec<f64> = (0..points)

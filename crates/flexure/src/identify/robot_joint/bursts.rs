@@ -1,9 +1,9 @@
 //! Errors that come in bursts.
 //!
-//! Errors of one spectrum at all times are independent from frequency to frequency. Those of a velocity are not: friction makes a torque
-//! of them only while the velocity changes sign, which is where the curve's steep part is determined. So the products of columns and
-//! residuals are also summed over stretches of time, and these sums' own scatter is the variance (batch means; a covariance for
-//! clusters, Liang & Zeger 1986).
+//! Errors of one spectrum at all times are independent from frequency to frequency. Those of a velocity are not: friction turns them into
+//! torque only while the velocity changes sign, and these samples determine the curve's steep part. So the products of columns and
+//! residuals are also summed over stretches of time, and the scatter of these sums is the variance (batch means; a covariance for clusters,
+//! Liang & Zeger 1986).
 
 use realfft::RealFftPlanner;
 
@@ -41,7 +41,7 @@ pub(super) fn over_time(equations: &Equations, residuals: &[Vec<Complex<f64>>]) 
         for ((lines, noise), errors) in column.iter().zip(&equations.noise).zip(&errors) {
             let Some(lines) = lines else { continue };
             for (t, (a, b)) in in_time(lines, noise).iter().zip(errors).enumerate() {
-                // Either side of the spectrum has half of it.
+                // Each side of the spectrum has half of the sum.
                 sums[t * stretches / length] += 0.5 * a * b / length as f64;
             }
         }
@@ -58,7 +58,7 @@ mod tests {
     use super::*;
     use crate::identify::robot_joint::fourier::Modulation;
 
-    /// Noise only where the column is: four times the variance that follows from the spectrum.
+    /// Noise occurs only where the column is not zero: four times the variance that follows from the spectrum.
     #[test]
     fn bursts_count_where_they_meet_the_column() {
         use rand::SeedableRng;

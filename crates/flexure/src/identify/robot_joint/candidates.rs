@@ -1,4 +1,4 @@
-//! The candidate forms of stiffness and friction: where their searches start, and which of them an arm can have.
+//! The candidate forms of stiffness and friction: the starts of their searches, and which of them an arm can have.
 
 use super::forms::{FormName, is_possible_friction};
 use super::limits::{REFUTED, START_SLOPES, START_STRIBECK_VELOCITIES, START_WINDUP_WIDTHS};
@@ -40,7 +40,7 @@ fn stiffness(largest: f64) -> Vec<FormStart> {
 fn friction(fastest: f64) -> Vec<FormStart> {
     let slope = |share: f64| (share / fastest).ln();
     let slopes = || START_SLOPES.iter().copied();
-    // Minima of (12) lie far from each other: g2 > g3, beside every g5.
+    // Minima of (12) lie far from each other: all pairs g2 > g3, with every g5.
     let pairs = slopes().flat_map(|g2| slopes().filter(move |g3| *g3 < g2).map(move |g3| [g2, g3]));
     let triples = pairs.flat_map(|[g2, g3]| slopes().map(move |g5| [g2, g3, 1.4 * g5]));
     let one: Vec<Vec<f64>> = slopes().map(|s| vec![slope(s)]).collect();
@@ -61,7 +61,7 @@ fn friction(fastest: f64) -> Vec<FormStart> {
     .into()
 }
 
-/// The form of stiffness that an arm can have, one that the free curve does not refute if there is one.
+/// The form of stiffness for an arm: one that the free curve does not refute, if there is one.
 pub(super) fn stiffness_of_an_arm(forms: &[Fitted]) -> Option<&Fitted> {
     let possible = |f: &Fitted| {
         let factor = |s: &str| f.parameter(s).map_or(0.0, |p| p.value);
@@ -70,13 +70,13 @@ pub(super) fn stiffness_of_an_arm(forms: &[Fitted]) -> Option<&Fitted> {
     let chosen = best(forms, |f| possible(f) && f.lack_of_fit.p_value > REFUTED)
         .or_else(|| best(forms, possible))
         .or_else(|| forms.first())?;
-    // A cubic term that the data do not determine is no reason to be more certain of a wind-up.
+    // An undetermined cubic term must not make the wind-up look more certain.
     let full = forms.iter().find(|f| f.form == FormName::Windup);
     full.filter(|f| chosen.form == FormName::LinearWindup && possible(f))
         .or(Some(chosen))
 }
 
-/// Where the form has no cubic term, the wind-up is no more certain than beside it.
+/// If the form has no cubic term, its wind-up is made no more certain than in the form with that term.
 pub(super) fn no_more_certain(fitted: &mut Fitted, forms: &[Fitted]) {
     let full = forms.iter().find(|f| f.form == FormName::Windup);
     let Some(full) = full.filter(|_| fitted.form == FormName::LinearWindup) else {
@@ -99,7 +99,7 @@ pub(super) fn possible_friction(f: &Fitted) -> bool {
     f.form.is_smooth() && is_possible_friction(["g1", "g4", "g6"].map(value), ["g2", "g3"].map(value))
 }
 
-/// The form of friction that an arm can have, a `simple` one without a Stribeck part.
+/// The form of friction for an arm; a `simple` one has no Stribeck part.
 pub(super) fn friction_of_an_arm(forms: &[Fitted], simple: bool) -> Option<&Fitted> {
     best(forms, |f| {
         possible_friction(f) && !(simple && f.form == FormName::SmoothStribeck)

@@ -1,4 +1,4 @@
-//! What is refused, and what is warned of, in a joint's log.
+//! Checks of a joint's log: refusals and warnings.
 
 use super::basis::range;
 use super::finding::Finding;
@@ -16,7 +16,7 @@ use crate::sort;
 /// A column of a log with its name.
 pub(super) type Named<'a> = (&'a str, &'a [f64]);
 
-/// Refuses a log of so many samples that cannot be used at all.
+/// Refuses a log that cannot be used at all; `samples` is its length.
 pub(super) fn log(samples: usize, angles: &[Named], others: &[Named], sample_time: f64, level: f64) -> Result<()> {
     for (name, column) in angles.iter().chain(others) {
         usable(name, column, samples)?;
@@ -60,7 +60,7 @@ fn unwrapped(name: &str, q: &[f64]) -> Result<()> {
         .filter_map(jump)
         .collect();
     let median = sort::median(steps);
-    // A motion that fast everywhere is no jump.
+    // If the whole motion is this fast, there is no jump.
     match jumps.into_iter().find(|(turn, _)| median < 0.1 * turn) {
         None => Ok(()),
         Some((_, at)) => Err(Error::Data(DataError::WrappedAngle {
@@ -71,7 +71,8 @@ fn unwrapped(name: &str, q: &[f64]) -> Result<()> {
     }
 }
 
-/// Whether the motor goes so much farther than the link, or less far, or the other way, that their angles are not of the same kind.
+/// Whether the angles of motor and link are not of the same kind: the motor moves much farther than the link, much less, or in the other
+/// direction.
 pub(super) fn different_angles(motor: &[f64], link: &[f64]) -> Option<Finding> {
     let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
     let (m, q) = (mean(motor), mean(link));
@@ -81,7 +82,7 @@ pub(super) fn different_angles(motor: &[f64], link: &[f64]) -> Option<Finding> {
     });
     let ratio = product / square.max(f64::MIN_POSITIVE);
     let alike = 1.0 / MOST_DIFFERENT..MOST_DIFFERENT;
-    // A motor that mostly moves against its link shows no ratio.
+    // The ratio is unknown if the motor mostly moves relative to its link.
     let together = product * product > TOGETHER * own * square;
     (together && !alike.contains(&ratio)).then_some(Finding::DifferentAngles { ratio })
 }
@@ -97,7 +98,7 @@ pub(super) fn clipped(tau: &[f64]) -> Option<Finding> {
             longest = longest.max(run);
         }
         let clipped = longest >= CLIPPED_RUN && all as f64 > CLIPPED_SHARE * tau.len() as f64;
-        // A torque of few levels is at its extreme on purpose.
+        // A torque with few levels is at its extreme on purpose.
         if clipped && !few_levels(tau) && found.is_none_or(|f| all > f.samples) {
             found = Some(Clipped {
                 samples: all,
@@ -116,7 +117,7 @@ struct Clipped {
     value: f64,
 }
 
-/// How long, and about what extreme, a torque with noise stands still: clipped before it was measured.
+/// How long a noisy torque stands still, and at which extreme: it was clipped before it was measured.
 fn plateau(tau: &[f64]) -> Option<Clipped> {
     let n = tau.len();
     let bends: Vec<f64> = tau.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
@@ -147,16 +148,16 @@ fn plateau(tau: &[f64]) -> Option<Clipped> {
                 continue;
             }
             let whole = run.len() as f64;
-            // Without the ways up and down.
+            // Without the rise and the fall at its ends.
             let run = &run[PLATEAU_WINDOW / 2..run.len() - PLATEAU_WINDOW / 2];
             let length = run.len() as f64;
             let third = run.len() / 3;
             let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
             let (inner, last) = (&run[third..run.len() - third], &run[run.len() - third..]);
             bend += sign * (mean(inner) - 0.5 * (mean(&run[..third]) + mean(last))) * length;
-            // A parabola of this depth over the whole run, whose outer thirds lie 4/9 of its depth below the middle one.
+            // A parabola of this depth over the whole run: its outer thirds lie 4/9 of the depth below the middle one.
             of_peaks += 4.0 / 9.0 * PLATEAU_DEPTH * unit * (length / whole).powi(2) * length;
-            // Three means over a third and a window each, of which the outer two count half.
+            // Three means, each over a third and a window; the outer two count half.
             variance += (unit * length).powi(2) * 1.5 * PLATEAU_WINDOW as f64 / (third + PLATEAU_WINDOW) as f64;
             level += run.iter().sum::<f64>();
             samples += run.len();
@@ -182,7 +183,7 @@ fn few_levels(tau: &[f64]) -> bool {
     2 * held > tau.len()
 }
 
-/// Whether an angle spans so many turns that it may be in degrees.
+/// Whether an angle spans many turns, so that it may be in degrees.
 pub(super) fn in_degrees(angles: &[&[f64]]) -> Option<Finding> {
     let span = |q: &&[f64]| {
         let [low, high] = range(q);
@@ -207,11 +208,11 @@ pub(super) fn motion(v: &[f64], resolution: f64) -> Option<Finding> {
     (reversals < FEWEST_REVERSALS).then_some(Finding::FewReversals { reversals })
 }
 
-/// Refuses a record whose motion goes on up to the highest frequencies, so that no noise is to be seen, or one that
-/// is too short to look for it.
+/// Refuses a record if its motion reaches the highest frequencies, so that the noise cannot be seen, or if it is too short to estimate the
+/// noise.
 pub(super) fn resolved(noises: &[Noise], samples: usize, step: f64) -> Result<()> {
     match noises.iter().find(|n| n.unresolved) {
-        // Long enough for equations below the frequency where the trouble begins.
+        // Long enough for equations below the frequency where this begins.
         Some(noise) if noise.fall > STEEP_NOISE || samples < 4 * FEWEST_SAMPLES => {
             Err(Error::Data(DataError::SampledTooSlowly { step, band: noise.band }))
         }

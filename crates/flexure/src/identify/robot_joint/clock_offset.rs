@@ -1,4 +1,4 @@
-//! The clocks of a joint's log: by how much the samples of its signals are late.
+//! The clocks of a joint's log: the delays of the samples of its signals.
 
 use super::equations::Lines;
 use super::finding::Finding;
@@ -11,15 +11,15 @@ use crate::linalg::Complex;
 /// The time by which a signal's samples are late.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ClockOffset {
-    /// In s.
+    /// The time in s.
     pub value: f64,
     pub standard_error: f64,
-    /// Whether it is more than chance and no tiny part of a sample.
+    /// Whether it is more than chance, and more than a tiny part of a sample.
     pub significant: bool,
 }
 
 impl ClockOffset {
-    /// With this sample time.
+    /// An offset in a log with this sample time.
     pub fn new(value: f64, standard_error: f64, step: f64) -> Self {
         ClockOffset {
             value,
@@ -35,7 +35,7 @@ impl ClockOffset {
             && self.standard_error < HELD_WITHIN * step
     }
 
-    /// What to know of an offset between the encoders.
+    /// The finding about an offset between the encoders.
     pub fn finding(&self) -> Option<Finding> {
         self.significant.then_some(Finding::EncoderClocks {
             offset: self.value,
@@ -51,7 +51,7 @@ pub(super) struct Clocks {
     pub link_offset: ClockOffset,
     /// The time from a torque's sample to its effect.
     pub torque_delay: ClockOffset,
-    /// Whether that is the half sample of a held torque.
+    /// Whether this is the half sample of a held torque.
     pub torque_held: bool,
     /// Whether the motion reverses often enough to determine the clocks at all.
     pub determined: bool,
@@ -66,7 +66,7 @@ impl Clocks {
         }
     }
 
-    /// By how much the torque is shifted, s.
+    /// The shift of the torque, s.
     pub fn delay(&self, step: f64) -> f64 {
         match (self.torque_held, self.torque_delay.significant) {
             (true, _) => 0.5 * step,
@@ -86,7 +86,7 @@ impl Clocks {
         }
     }
 
-    /// What to know of the clocks before trusting the result.
+    /// The findings about the clocks.
     pub fn findings(&self) -> impl Iterator<Item = Finding> {
         let torque = self.torque_delay.significant.then_some(Finding::TorqueDelay {
             delay: self.torque_delay.value,
@@ -102,7 +102,7 @@ fn shifted(modulation: &Modulation, torque: &[f64], delay: f64) -> Lines {
     lines.map(|(v, w)| v * Complex::new(0.0, -w * delay).exp()).collect()
 }
 
-/// A transformed torque that is held from sample to sample: late by half a sample, with a hold's gain.
+/// A transformed torque that is held from sample to sample: it is late by half a sample, and has the gain of a hold.
 pub(super) fn held(modulation: &Modulation, torque: &[f64], step: f64) -> Lines {
     let mut lines = shifted(modulation, torque, 0.5 * step);
     for (v, w) in lines.iter_mut().zip(&modulation.omega) {

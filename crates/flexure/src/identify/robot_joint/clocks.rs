@@ -4,8 +4,8 @@
 //!
 //! $$ \tau - J_m \ddot q_m - \kappa(d) = \delta \dot\tau - \sigma\, \kappa'(d)\, \dot q, $$
 //!
-//! so both follow by least squares beside the free stiffness curve ([`of_motor`]), of an arm's joints. A single joint has them from both
-//! equations, beside what else may act on it ([`explanations`](super::explanations)).
+//! so for an arm's joints both follow by least squares, together with the free stiffness curve ([`of_motor`]). For a single joint they
+//! follow from both equations, together with other effects ([`explanations`](super::explanations)).
 
 use super::basis::Basis;
 use super::checks;
@@ -40,7 +40,7 @@ pub(super) fn product(modulation: &Modulation, a: &[f64], b: &[f64]) -> Lines {
     modulation.of(&a.iter().zip(b).map(|(a, b)| a * b).collect::<Vec<f64>>())
 }
 
-/// The motor's equation with the torque's delay as a factor after its inertia, and then the link's offset where a curve is known.
+/// The motor's equation with the torque's delay as a factor after its inertia, and then the link's offset, if a curve is known.
 fn delayed_system<'a>(
     motion: &'a Motion,
     joint: &'a JointSignals,
@@ -65,12 +65,12 @@ pub(super) fn of_motor(motion: &Motion, modulation: &Modulation) -> Option<Clock
     let step = motion.step;
     let link = Reflected::new(motion.link, step);
     let rate = modulation.of_rate(motion.torque);
-    // The number of the torque's delay among the unknowns; that of the link's offset is the next one.
+    // The number of the torque's delay among the unknowns; the link's offset is the next one.
     let delay_at = usize::from(motion.motor_inertia.is_none());
     let mut noise = vec![vec![1.0; modulation.len()]];
-    // A motion of few reversals takes a curved friction for a late clock.
+    // With few reversals, a curved friction looks like a late clock.
     let mut determined = true;
-    // Beside an offset the deflection of a stiff joint is too small for the first passes to find their way.
+    // The deflection of a stiff joint is small compared with an offset, so the first passes would not converge.
     let stiff = motion.compliance(modulation).filter(Compliance::is_stiff);
     let mut offset = stiff.map_or(0.0, |found| found.link_offset.value);
     let (mut offset_error, mut delay, mut delay_error) = (f64::INFINITY, 0.0, f64::INFINITY);

@@ -1,9 +1,9 @@
-//! What the encoders' noise adds to the inner products of noisy columns.
+//! The contribution of the encoders' noise to the inner products of noisy columns.
 //!
 //! To first order an angle off by e makes an acceleration off by $-\omega^2 e$, and a function f of the deflection off by
-//! $f'(d)\,e$. Least squares take that for signal: inertias come out too small, and where two columns have the noise of the same
-//! encoder, one factor comes out too large and the other too small. The mean of what the noise adds is known, and is subtracted from
-//! the products (errors in variables; Fuller 1987).
+//! $f'(d)\,e$. Least squares treat this as signal: estimated inertias are too small, and if two columns have the noise of the same encoder,
+//! one factor is too large and the other too small. The mean of the noise's contribution is known, and is subtracted from the products
+//! (errors in variables; Fuller 1987).
 
 use super::fourier::Modulation;
 use super::limits::{MOSTLY_NOISE, NOISE_HALVINGS};
@@ -11,14 +11,14 @@ use super::normal::{ridged, scaled, scales};
 use crate::linalg::Matrix;
 use crate::nonlinearity::spline::basis::LocalValues;
 
-/// What noise adds to the product of two columns, or to the square of one, in one block of equations.
+/// The contribution of noise to the product of two columns, or to the square of one, in one block of equations.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Noisy<'a> {
-    /// The columns' numbers; the same one twice for its square.
+    /// The columns' numbers; the same number twice for a square.
     pub columns: [usize; 2],
     /// The block.
     pub block: usize,
-    /// The mean of each line, but for the factor.
+    /// The mean of each line, without the factor.
     pub spectrum: &'a [f64],
     /// The factor.
     pub factor: f64,
@@ -36,15 +36,15 @@ impl<'a> Noisy<'a> {
     }
 }
 
-/// The product of the noise of a curve's abscissa with itself, or with that of a column with an unknown factor, in one block of
-/// equations, in which the curve has the sign +1.
+/// The product of the noise of a curve's abscissa with itself, or with that of a column with an unknown factor, in one block of equations.
+/// The curve has the sign +1 there.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct AbscissaNoise<'a> {
     /// The number of the factor; `None` for the square of the abscissa's own noise.
     pub factor: Option<usize>,
     pub block: usize,
     pub spectrum: &'a [f64],
-    /// The covariance of both noises, but for the spectrum.
+    /// The covariance of both noises, without the spectrum.
     pub covariance: f64,
 }
 
@@ -64,7 +64,7 @@ pub(super) struct Slopes {
 }
 
 impl Slopes {
-    /// Of functions of which few have a slope at a sample: `at(i)` are the slopes at sample i.
+    /// The slopes of functions of which few have a nonzero slope at a sample: `at(i)` has those at sample i.
     pub fn new<const N: usize>(
         modulation: &Modulation,
         functions: usize,
@@ -94,7 +94,7 @@ impl Slopes {
         }
     }
 
-    /// Of functions that all have a slope at every sample: `slopes[k][i]` is that of the k-th at sample i.
+    /// The slopes of functions that all have a slope at every sample: `slopes[k][i]` is that of the k-th at sample i.
     pub fn of_all(modulation: &Modulation, slopes: &[Vec<f64>]) -> Slopes {
         let mean_of = |f: &dyn Fn(usize) -> f64| modulation.shares().enumerate().map(|(i, w)| w * f(i)).sum();
         let pairs = (0..slopes.len()).flat_map(|a| (a..slopes.len()).map(move |b| (a, b)));
@@ -111,8 +111,8 @@ impl Slopes {
 }
 
 impl<'a> AbscissaNoise<'a> {
-    /// What the noise adds to the products of functions of the abscissa with these slopes. `column` is the column of a function; the
-    /// columns of the factors come first.
+    /// The contributions of the noise to the products of functions of the abscissa with these slopes. `column` is the column of a function;
+    /// the columns of the factors come first.
     pub fn noisy(&self, slopes: &Slopes, column: impl Fn(usize) -> usize) -> Vec<Noisy<'a>> {
         let noisy = |columns, slope| Noisy {
             columns,
@@ -133,14 +133,14 @@ impl<'a> AbscissaNoise<'a> {
     }
 }
 
-/// What noise adds to the product of two columns, summed over the lines of a block.
+/// The contribution of noise to the product of two columns, summed over the lines of a block.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Excess {
     pub columns: [usize; 2],
     pub sum: f64,
 }
 
-/// What noise adds to the inner products of columns, with these weights of each line of each block.
+/// The contributions of noise to the inner products of columns, with these weights of each line of each block.
 pub(super) fn excess(noisy: &[Noisy], weights: &[Vec<f64>]) -> Vec<Excess> {
     let sum = |entry: &Noisy| {
         let lines = weights[entry.block].iter().zip(entry.spectrum);

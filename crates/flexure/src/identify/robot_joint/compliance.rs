@@ -1,12 +1,12 @@
-//! Whether a joint's motor and link move against each other at all, beyond the noise and the clocks of their encoders.
+//! Whether a joint's motor and link move relative to each other, beyond the noise and the clock offsets of their encoders.
 //!
-//! To first order the deflection is that of a spring under the torque that the motor's inertia leaves, beside what an offset
-//! sigma of the encoders' clocks and their noise make:
+//! To first order, the deflection is that of a spring under the torque less the motor's inertia torque, plus the effects of an offset sigma
+//! of the encoders' clocks and of their noise:
 //!
 //! $$ d = c\,\tau - c J_m\, \ddot q_m + \sigma\, \dot q + e. $$
 //!
-//! A deflection that the torque does not explain is no flexibility, and one that is small beside the noise of a sample shows no curve:
-//! the curve's abscissa is that noise.
+//! A deflection that the torque does not explain is no flexibility. One that is small compared with the noise of a sample shows no curve:
+//! the curve's abscissa would be that noise.
 
 use super::clock_offset::ClockOffset;
 use super::equations::{Equations, Lines, Solution};
@@ -17,15 +17,15 @@ use super::motion::Motion;
 use super::smooth::{Noise, Reflected};
 use crate::distributions::fisher_below;
 
-/// The deflection as that of a spring, beside an offset of the link's clock.
+/// The deflection as that of a spring, with an offset of the link's clock.
 pub(super) struct Compliance {
     /// The offset of the link's clock.
     pub link_offset: ClockOffset,
-    /// The root mean square of the deflection that the torque explains, rad; 0 where that may be chance.
+    /// The root mean square of the deflection that the torque explains, rad; 0 if that may be chance.
     pub elastic: f64,
-    /// That of the encoders' noise in a sample, rad.
+    /// The root mean square of the encoders' noise in a sample, rad.
     pub noise: f64,
-    /// The spring's stiffness, N m/rad; not finite or negative where there is none.
+    /// The spring's stiffness, N m/rad; not finite or negative if there is none.
     pub stiffness: f64,
 }
 
@@ -38,20 +38,20 @@ impl Compliance {
 
 /// A deflection as a curve's abscissa.
 pub(super) struct Deflection {
-    /// At every sample, rad.
+    /// The deflection at every sample, rad.
     pub d: Vec<f64>,
     /// The share of its mean square that is noise.
     pub attenuation: f64,
-    /// By how much of itself the motor's inertia may then be off, whose acceleration has the same noise: a bound that simulated
-    /// joints kept, 0 where nothing was smoothed.
+    /// The possible relative error of the motor's inertia after smoothing, since the motor's acceleration has the same noise. This is a
+    /// bound that simulated joints kept; 0 without smoothing.
     pub confusion: f64,
     /// Whether it was smoothed.
     pub smoothed: bool,
 }
 
 impl Motion<'_> {
-    /// The deflection against this angle of the link. Where the encoders' noise is not small beside it, it is smoothed, so that its
-    /// noise is not taken for its size (a curve over a noisy abscissa comes out too flat).
+    /// The deflection, with this angle of the link. If the encoders' noise is not small compared with it, it is smoothed: otherwise the
+    /// curve over the noisy abscissa would be too flat.
     pub fn deflection(&self, link: &[f64]) -> Deflection {
         let d: Vec<f64> = self.motor.iter().zip(link).map(|(m, q)| m - q).collect();
         let size = centred(&d).iter().map(|d| d * d).sum::<f64>() / d.len() as f64;
@@ -65,7 +65,7 @@ impl Motion<'_> {
             };
         }
         let cut_off = Noise::of(&d, self.step).cut_off();
-        // White noise spreads over all frequencies up to half the sampling rate.
+        // White noise is spread over all frequencies up to half the sampling rate.
         let passed = (2.0 * self.step * cut_off).min(1.0);
         Deflection {
             d: Reflected::new(&d, self.step).smoothed(cut_off),
@@ -80,7 +80,7 @@ impl Motion<'_> {
         self.motor_noise.sd.hypot(self.link_noise.sd)
     }
 
-    /// The deflection in the band of the motion as that of a spring; `None` where the motion has too few frequencies.
+    /// The deflection in the band of the motion as that of a spring; `None` if the motion has too few frequencies.
     pub fn compliance(&self, modulation: &Modulation) -> Option<Compliance> {
         let edge = 2.0 * std::f64::consts::PI * self.link_noise.band.max(self.motor_noise.band);
         let inside = modulation.omega.partition_point(|w| *w <= edge).max(1);
@@ -115,7 +115,7 @@ impl Motion<'_> {
             }
         }
         let SpringFit { with, without } = last?;
-        // The weights are those of noise of a mean square of 1 a line.
+        // The weights are those of noise with a mean square of 1 per line.
         let spread = with.squares / freedom;
         let gain = (without.squares - with.squares).max(0.0);
         let chance = 1.0 - fisher_below(gain / 2.0 / spread, [2.0, freedom]);
@@ -136,7 +136,7 @@ impl Motion<'_> {
         })
     }
 
-    /// The findings where the deflection is too small to determine a stiffness.
+    /// The findings if the deflection is too small to determine a stiffness.
     pub fn no_flexibility(&self, modulation: &Modulation) -> Option<Vec<Finding>> {
         let found = self.compliance(modulation)?;
         if found.elastic > FLEXIBLE * found.noise {

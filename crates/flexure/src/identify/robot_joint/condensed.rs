@@ -1,11 +1,11 @@
-//! Equations of motion condensed to inner products, in which physical forms are fitted without the data.
+//! Equations of motion condensed to inner products: physical forms are fitted in them without the data.
 //!
 //! Between close knots a curve is nearly linear, so a form's columns are sums of those of hat functions h,
 //!
 //! $$ g(\xi) \approx \sum_k g(\xi_k)\, h_k(\xi). $$
 //!
-//! With the inner products of the hats, of the fixed columns and of the right-hand side, a fit costs microseconds. That affords many
-//! starts, and profile likelihoods.
+//! With the inner products of the hats, of the fixed columns and of the right-hand side, a fit costs microseconds. So many starts and
+//! profile likelihoods are affordable.
 
 use std::ops::Range;
 
@@ -23,11 +23,11 @@ use crate::linear::levenberg_marquardt::{NormalEquations, minimise_squares};
 use crate::nonlinearity::spline::basis::LocalValues;
 use crate::parallel;
 
-/// A curve of the equations of motion that is to have a physical form.
+/// A curve of the equations of motion that gets a physical form.
 pub(super) struct FormedCurve<'a> {
     pub terms: Vec<Term>,
     pub curve: &'a Curve<'a>,
-    /// The splines beside which the form is tested.
+    /// The splines that are added to the form in its test.
     pub beside: &'a Splines,
 }
 
@@ -75,21 +75,21 @@ struct Hats {
 
 /// The inner products.
 pub(super) struct Condensed {
-    /// Of the hats of each curve and, last, the right-hand side, with the fixed columns projected out.
+    /// Inner products of the hats of each curve and, last, the right-hand side, with the fixed columns projected out.
     gram: Matrix,
-    /// Of each curve.
+    /// The hats of each curve.
     hats: Vec<Hats>,
 }
 
 /// A term's derivative by the logarithm of one of its shape parameters, without the term's factor.
 struct LogDerivative {
-    /// The number of the term whose shape parameter it is, counted with the one whose factor is held.
+    /// The number of the parameter's term; the term whose factor is held is counted too.
     term: usize,
     /// The derivative as a sum of hats.
     hats: Vector,
 }
 
-/// The columns that the forms give for given logarithms, as sums of hats.
+/// The columns of the forms for given logarithms, as sums of hats.
 #[derive(Default)]
 struct FormColumns {
     /// The terms.
@@ -101,7 +101,7 @@ struct FormColumns {
 /// The inner products of the columns of a fit: of the free terms, of the derivatives, and of the right-hand side, in this order.
 struct FitProducts {
     g: Matrix,
-    /// How many terms are free.
+    /// The number of free terms.
     free: usize,
     /// The number of the right-hand side.
     right: usize,
@@ -121,7 +121,7 @@ struct Projected {
 }
 
 impl Condensed {
-    /// The inner products of these equations, whatever the forms of these curves; `None` if the work was asked to stop.
+    /// The inner products of these equations, for any forms of these curves; `None` if the work was asked to stop.
     pub fn new(fixed: &Equations, curves: &[FormedCurve], modulation: &Modulation) -> Option<Condensed> {
         let mut equations = fixed.clone();
         let (fixed_columns, mut hats) = (fixed.columns.len(), Vec::new());
@@ -142,12 +142,12 @@ impl Condensed {
         }
         let right: Column = std::mem::take(&mut equations.right).into_iter().map(Some).collect();
         equations.columns.push(right);
-        // How much of the sums may be noise is judged on the fixed columns alone: a single hat may be mostly noise.
+        // The noise's share of the sums is judged on the fixed columns alone: a single hat may be mostly noise.
         let mut gram = equations.gram(fixed_columns)?.products;
         // The ridge that `Normal` adds once its diagonal is one.
         (0..fixed_columns).for_each(|i| gram[(i, i)] *= 1.0 + RIDGE);
         Some(Condensed {
-            // Symmetric but for rounding: the rows of the elimination become the columns.
+            // The matrix is symmetric except for rounding: the rows of the elimination become the columns.
             gram: without_first(gram, fixed_columns).transpose(),
             hats,
         })
@@ -184,7 +184,7 @@ impl Condensed {
         let supports: Vec<Range<usize>> = columns.iter().map(|column| support(column.as_slice())).collect();
         for (j, column) in columns.iter().enumerate() {
             let (own, column) = (&supports[j], column.as_slice());
-            // The matrix is symmetric: its columns, which lie in a row in memory, stand for its rows.
+            // The matrix is symmetric: its columns, which are contiguous in memory, replace its rows.
             let rows = self.gram.column_iter();
             let image: Vec<f64> = rows
                 .map(|row| dot(&row.as_slice()[own.clone()], &column[own.clone()]))
@@ -286,7 +286,7 @@ impl Condensed {
 }
 
 impl FitProducts {
-    /// The factors of the free terms whose sum is nearest to each derivative and, last, to the right-hand side; a column each.
+    /// For each derivative and, last, the right-hand side: a column with the factors of the free terms whose sum is nearest to it.
     fn nearest(&self) -> Option<Matrix> {
         let free = self.free;
         let part = |first, columns| self.g.view((0, first), (free, columns)).into_owned();
@@ -296,8 +296,8 @@ impl FitProducts {
         }
     }
 
-    /// The square of the right-hand side less the sum of the terms with these factors. The ridge keeps the factors a little off the
-    /// minimum, where "square less the part along the terms" would not be that.
+    /// The square of the right-hand side less the sum of the terms with these factors. The ridge moves the factors a little off the
+    /// minimum, so the formula "square less the part along the terms" would be wrong.
     fn cost(&self, factors: &[f64]) -> f64 {
         let (g, right) = (&self.g, self.right);
         let along = (0..self.free).map(|i| {
@@ -307,7 +307,7 @@ impl FitProducts {
         along.fold(g[(right, right)], |cost, along| cost + along)
     }
 
-    /// The inner product of columns i and j beside the free terms, of i less its part along the terms.
+    /// The inner product of columns i and j without their parts along the free terms.
     fn beside_terms(&self, nearest: &Matrix, i: usize, j: usize) -> f64 {
         let j = self.free + j;
         let along: f64 = (0..self.free).map(|t| nearest[(t, i)] * self.g[(t, j)]).sum();
@@ -315,7 +315,7 @@ impl FitProducts {
     }
 }
 
-/// From the first to the last value that is not zero: a function of one curve has values at the knots of that curve alone.
+/// The range from the first to the last nonzero value: a function of one curve has values only at the knots of that curve.
 fn support(values: &[f64]) -> Range<usize> {
     let used = |v: &f64| *v != 0.0;
     let first = values.iter().position(used).unwrap_or(0);
@@ -328,7 +328,8 @@ fn without_first(mut gram: Matrix, fixed: usize) -> Matrix {
     for k in 0..fixed {
         let after = size - k - 1;
         let row = gram.row(k).columns(k + 1, after).transpose();
-        // What the columns before leave of this one's square: not positive where it is a sum of them, but for rounding.
+        // The remaining square of this column after the earlier ones. It is not positive if the column is a sum of them, except for
+        // rounding.
         let pivot = gram[(k, k)];
         if pivot > 0.0 {
             let mut others = gram.view_mut((k + 1, k + 1), (after, after));
@@ -338,7 +339,7 @@ fn without_first(mut gram: Matrix, fixed: usize) -> Matrix {
     gram.view((fixed, fixed), (size - fixed, size - fixed)).into_owned()
 }
 
-/// Makes the step of one unknown zero and leaves those of the others as they are without it.
+/// Makes the step of one unknown zero; the steps of the others are those of the problem without it.
 fn hold(equations: &mut NormalEquations, number: usize) {
     let n = equations.descent.len();
     equations.descent[number] = 0.0;
@@ -349,8 +350,8 @@ fn hold(equations: &mut NormalEquations, number: usize) {
     equations.normal[number * n + number] = 1.0;
 }
 
-/// Knots over the range of x, closer to each other near zero; with zero, where a sign jumps, and -width and width, where a softened
-/// one bends.
+/// Knots over the range of x, closer to each other near zero; including zero, where a sign jumps, and -width and width, where a softened
+/// sign bends.
 fn knots_over(x: &[f64], width: f64) -> Vec<f64> {
     let [low, high] = range(x);
     let spacing = Spacing::new([low, high], KNOTS_DENSER);

@@ -1,8 +1,8 @@
-//! Standard errors that hold whatever the noise's spectrum is.
+//! Standard errors that hold for any spectrum of the noise.
 //!
 //! If the weights are right, the covariance is the inverse C of the normal matrix. Otherwise it is $C M C$, where M is the
 //! covariance of the moments (the products of columns and residuals). M is estimated twice: from the residuals' spectrum (White
-//! 1980, in frequency) and from the scatter of the moments over time ([`over_time`]). The largest of the three variances counts.
+//! 1980, in frequency) and from the scatter of the moments over time ([`over_time`]). The largest of the three variances is used.
 
 use super::bursts::over_time;
 use super::equations::{Equations, Solution};
@@ -11,10 +11,10 @@ use super::normal::Covariance;
 use crate::linalg::{Complex, Matrix, product};
 use crate::parallel;
 
-/// The errors of a solution, whatever the noise's spectrum.
+/// The errors of a solution for any spectrum of the noise.
 pub(super) struct Robust {
     pub covariance: Covariance,
-    /// The mean that the unknowns take of the weighted sum of squares by chance: their number where the weights are right.
+    /// The mean decrease of the weighted sum of squares by the unknowns due to chance: their number, if the weights are right.
     pub taken: f64,
 }
 
@@ -22,7 +22,8 @@ impl Equations<'_> {
     /// The mean square of the noise in each line of each block, from the residuals divided by one minus the line's leverage
     /// (MacKinnon & White 1985, HC2).
     ///
-    /// Fine curves follow the few lines of low frequencies, which weigh most. Without the division these would seem free of noise.
+    /// Fine curves follow the few lines of low frequencies, which have the largest weights. Without the division, these would seem free of
+    /// noise.
     pub fn powers(&self, solution: &Solution) -> Vec<Vec<f64>> {
         let n = self.columns.len();
         let c = &solution.covariance;
@@ -40,7 +41,7 @@ impl Equations<'_> {
                         });
                         taken += a[k].re * re + a[k].im * im;
                     }
-                    // Of the line's two real equations, each with half the noise.
+                    // For the line's two real equations, each with half the noise.
                     residuals[k].norm_sqr() / (1.0 - taken / noise[k]).max(LEAST_REMAINDER)
                 })
             })
@@ -59,7 +60,7 @@ impl Equations<'_> {
         self.products(&weights)
     }
 
-    /// The errors of a solution whatever the noise's spectrum is.
+    /// The errors of a solution for any spectrum of the noise.
     pub fn robust(&self, solution: &Solution) -> Robust {
         let c = &solution.covariance.0;
         let by_frequency = product(c, &self.moment_covariance(&self.powers(solution)));
@@ -94,7 +95,7 @@ fn smoothed(powers: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// The spectrum of an equation's noise, from its residuals: a white part beside a part that is known.
+/// The spectrum of an equation's noise, from its residuals: the sum of a white part and a known part.
 ///
 /// The white part follows by Whittle's likelihood.
 pub(super) fn fitted_noise(residuals: &[Complex<f64>], known: &[f64]) -> Vec<f64> {

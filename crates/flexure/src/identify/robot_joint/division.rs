@@ -1,4 +1,4 @@
-//! How finely the free curves are divided.
+//! The choice of the numbers of intervals of the free curves.
 
 use std::cell::OnceCell;
 
@@ -8,29 +8,29 @@ use super::system::{Curve, Splines, System};
 /// The numbers of intervals on either side of zero of a free curve.
 #[derive(Debug)]
 pub(super) struct Division {
-    /// Those to choose from, ascending.
+    /// The candidates, ascending.
     pub candidates: &'static [usize],
-    /// That of the curve while the noise is still unknown.
+    /// The number for the curve while the noise is still unknown.
     pub coarse: usize,
-    /// That beside which forms are tested.
+    /// The number for the splines that are added to a form in its test.
     pub tested: usize,
 }
 
-/// Of the stiffness of a flexible joint.
+/// For the stiffness of a flexible joint.
 pub(super) const STIFFNESS: Division = Division {
     candidates: &[3, 5, 7, 10, 14, 20],
     coarse: 5,
     tested: 7,
 };
 
-/// Of the friction of a flexible joint.
+/// For the friction of a flexible joint.
 pub(super) const FRICTION: Division = Division {
     candidates: &[9, 13, 18, 25, 34],
     coarse: 13,
     tested: 13,
 };
 
-/// Of the friction of a rigid axis.
+/// For the friction of a rigid axis.
 pub(super) const RIGID_FRICTION: Division = Division {
     candidates: &[4, 6, 9, 13, 18, 25],
     coarse: 6,
@@ -57,7 +57,7 @@ impl Division {
 
 /// The candidate divisions of all curves of a system.
 ///
-/// All curves stand in the same equations: how fine one of them has to be depends on the others.
+/// All curves are in the same equations: the best division of one depends on the others.
 pub(super) struct Divisions<'a> {
     system: &'a System<'a>,
     /// The splines of each candidate of each curve, once they were needed.
@@ -82,11 +82,12 @@ impl<'a> Divisions<'a> {
         splines.collect()
     }
 
-    /// The candidate of every curve: from the middle ones on, the next finer or coarser one for as long as that makes the score smaller.
+    /// The candidate of every curve: the search starts from the middle ones, and moves to the next finer or coarser one as long as that
+    /// makes the score smaller.
     pub fn best(&self, score: &dyn Fn(&[&Splines]) -> Option<f64>) -> Option<Vec<usize>> {
         let mut at: Vec<usize> = self.made.iter().map(|made| made.len() / 2).collect();
         let mut best = score(&self.splines(&at))?;
-        // Curves in turn, until none has changed since its last turn.
+        // Tries the curves in turn, until none has changed since its last turn.
         let (mut curve, mut unchanged, mut moves) = (0, 0, 0);
         while unchanged < at.len() && moves < DIVISION_MOVES * at.len() {
             let before = at[curve];

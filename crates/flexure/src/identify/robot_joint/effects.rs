@@ -1,4 +1,4 @@
-//! What a joint may have besides inertias, a spring without memory and friction at the link.
+//! Effects of a joint in addition to inertias, a spring without memory and friction at the link.
 //!
 //! Each effect is a group of columns of the equations of motor and link, or a further free curve:
 //!
@@ -12,9 +12,9 @@
 //! | friction with memory at the link | | $-\sum_i p_i\, (S_{r_i}[q] - r_i \tanh(\dot q / w))$ |
 //!
 //! $S_r$ is the stop operator of radius r, the spring of a Maxwell slip element: $S_r \leftarrow \mathrm{clamp}(S_r + \Delta x, -r, r)$
-//! (Krasnosel'skii & Pokrovskii 1989; Lampaert, Al-Bender & Swevers 2003). What friction with memory tends to in steady motion belongs to the
-//! curve of the friction, so that this is the friction of steady motion. The columns of late samples are of first order; that of the
-//! link follows from its equation, which holds at every time.
+//! (Krasnosel'skii & Pokrovskii 1989; Lampaert, Al-Bender & Swevers 2003). The limit of friction with memory in steady motion belongs to
+//! the friction curve, so this curve is the friction of steady motion. The columns of late samples are of first order; the link's column
+//! follows from its equation, which holds at every time.
 
 use super::basis::range;
 use super::clocks::{Stiffness, product};
@@ -27,8 +27,8 @@ use super::smooth::Reflected;
 use crate::linalg::Complex;
 
 impl<'a> JointSignals<'a> {
-    /// The same with what else acts on the joint of this log, whose link has this angle. Late samples of the link enter by a stiffness:
-    /// without one they stay out.
+    /// The same with these effects on the joint of this log, whose link has this angle. Late samples of the link need a stiffness: without
+    /// one they are left out.
     pub fn with(mut self, motion: &Motion, link: &[f64], effects: &[Effect], stiffness: Option<&Stiffness>) -> Self {
         let modulation = self.modulation;
         let d = &self.deflection.d;
@@ -91,7 +91,7 @@ impl<'a> JointSignals<'a> {
         self
     }
 
-    /// The same with a further delay of the torque, of which this is the transformed rate.
+    /// The same with a further delay of the torque; `rate` is the torque's transformed rate.
     pub fn delayed(mut self, rate: Lines) -> Self {
         self.acting.push(Acting {
             effect: None,
@@ -136,7 +136,7 @@ mod tests {
         for (got, want) in stopped.iter().zip([0.0, 0.1, 0.2, 0.25, 0.15, -0.05, -0.25, -0.15]) {
             assert!((got - want).abs() < 1e-15, "{stopped:?}");
         }
-        // It forgets no turn within its radius, and does not depend on the rate.
+        // It remembers every turn within its radius, and does not depend on the rate.
         let slowly: Vec<f64> = up_and_down
             .windows(2)
             .flat_map(|w| [w[0], 0.5 * (w[0] + w[1])])

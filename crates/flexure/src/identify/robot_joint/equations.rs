@@ -4,8 +4,8 @@
 //!
 //! $$ \sum_j a_{bj}(\omega)\, x_j = r_b(\omega) + e_b(\omega), \qquad \mathrm{E}\,|e_b(\omega)|^2 = s_b(\omega). $$
 //!
-//! The solution minimises the sum of $2 |e_b|^2 / s_b$, as the real and the imaginary part each have half of the noise. Where
-//! columns are noisy themselves, the mean of what their noise adds to the normal equations is subtracted first.
+//! The solution minimises the sum of $2 |e_b|^2 / s_b$, since the real and the imaginary part each have half of the noise. If columns are
+//! noisy themselves, the mean contribution of their noise to the normal equations is subtracted first.
 
 use super::column_noise::{Excess, Noisy, excess, less, share_of, square};
 use super::normal::{Covariance, Normal};
@@ -43,13 +43,13 @@ pub(super) struct Gram {
 pub(super) struct Solution {
     /// The unknowns.
     pub x: Vec<f64>,
-    /// Their covariance if the noise is as it was given.
+    /// Their covariance if the noise is as given.
     pub covariance: Covariance,
     /// Right-hand side less columns times unknowns, block by block.
     pub residuals: Vec<Lines>,
     /// The weighted sum of squares of the residuals.
     pub squares: f64,
-    /// That sum less the noise of the columns in it: what the solution minimises.
+    /// That sum less the noise of the columns in it; the solution minimises this.
     pub objective: f64,
 }
 
@@ -89,7 +89,7 @@ impl Equations<'_> {
 
     /// The inner products without the columns' noise. No sum of the first `unknown` columns loses more than half of its square.
     ///
-    /// All long work on equations of motion passes here: `None` if it was asked to stop.
+    /// All long work on equations of motion calls this: `None` if it was asked to stop.
     pub fn gram(&self, unknown: usize) -> Option<Gram> {
         if interrupt::requested() {
             return None;

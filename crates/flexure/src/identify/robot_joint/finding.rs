@@ -1,4 +1,4 @@
-//! What to know of a log before trusting the result.
+//! Findings about a log, to know before trusting the result.
 
 use std::fmt;
 
@@ -40,18 +40,18 @@ pub enum Finding {
         /// The sample time, s.
         step: f64,
     },
-    /// Motor and link do not move against each other.
+    /// Motor and link do not move relative to each other.
     NoFlexibility {
-        /// The root mean square of the deflection that the torque explains; 0 where there is none but by chance.
+        /// The root mean square of the deflection that the torque explains; 0 if it may be chance.
         deflection: f64,
-        /// That of the encoders' noise in a sample of the deflection.
+        /// The root mean square of the encoders' noise in a sample of the deflection.
         noise: f64,
-        /// The stiffness that a spring with this deflection would have; NaN where there is none.
+        /// The stiffness that a spring with this deflection would have; NaN if there is none.
         stiffness: f64,
     },
     /// The difference between motor and link is nearly all an offset of their encoders' clocks.
     StiffJoint(StiffJoint),
-    /// The encoders' samples are not of the same instants.
+    /// The encoders are not sampled at the same instants.
     EncoderClocks {
         /// The time by which the link's samples are late, s.
         offset: f64,
@@ -63,21 +63,21 @@ pub enum Finding {
         /// Which ones.
         effects: Vec<Effect>,
     },
-    /// The spring or the friction has a memory, which no curve has.
+    /// The spring or the friction has a memory; no curve can describe this.
     Memory {
         /// Which of them.
         effect: Effect,
         /// The root mean square of the torque that a curve misses, as a share of the elastic torque's.
         share: f64,
     },
-    /// The motor goes much farther than the link, or less far, or the other way.
+    /// The motor moves much farther than the link, much less, or in the other direction.
     DifferentAngles {
-        /// How many times as far.
+        /// The ratio of the motions.
         ratio: f64,
     },
     /// An angle goes through several turns.
     ManyTurns {
-        /// From its smallest to its largest value.
+        /// The range from its smallest to its largest value.
         span: f64,
     },
     /// The torque's samples are late.
@@ -90,7 +90,7 @@ pub enum Finding {
 }
 
 impl Finding {
-    /// Why no result is to be trusted before it is mended, in a few words; `None` where the result allows for it.
+    /// A few words on why no result can be trusted before this is repaired; `None` if the result allows for it.
     pub fn doubt(&self) -> Option<&'static str> {
         match self {
             Finding::ClippedTorque { .. } => Some("the torque is clipped"),
@@ -105,7 +105,7 @@ impl Finding {
     }
 }
 
-/// A number to one decimal place, or to four digits where that has more places than anyone reads.
+/// A number to one decimal place, or to four digits if it is large.
 fn tenths(value: f64) -> String {
     match value.abs() < 1e6 {
         true => format!("{value:.1}"),

@@ -2,8 +2,8 @@
 //!
 //! $$ \tau = J_m \ddot q_m + \kappa(d), \qquad 0 = \kappa(d) - M \ddot q - f(\dot q), \qquad \kappa(d) = k(d)\, d. $$
 //!
-//! The motor's equation alone determines kappa; the sum of both equations determines M and f. Both together, each line with the
-//! weight of its noise, determine all of them best: the second equation has no torque in it, and so none of its noise.
+//! The motor's equation alone determines kappa; the sum of both equations determines M and f. Both together, each line with the weight of
+//! its noise, determine all of them best: the second equation has no torque, and so no torque noise.
 
 use super::checks;
 use super::clock_offset::Clocks;
@@ -18,7 +18,7 @@ use super::rigid::{RigidJoint, extra_parameters};
 use super::smooth::Reflected;
 use crate::error::{DataError, Error, Result};
 
-/// The log of a flexible joint, and what is known of it.
+/// The log of a flexible joint, and known values.
 ///
 /// | field | unit | range |
 /// |---|---|---|
@@ -57,7 +57,7 @@ impl FlexibleJoint<'_> {
         }
     }
 
-    /// Identifies the joint, as a rigid one if its motor and link do not move against each other.
+    /// Identifies the joint; as a rigid one, if its motor and link do not move relative to each other.
     ///
     /// # Errors
     /// As [`RigidJoint::identify`].
@@ -98,9 +98,9 @@ impl FlexibleJoint<'_> {
         }
     }
 
-    /// The axis of motor and link as one: the motor's where the joint is stiff beside its clocks, else the link's.
+    /// The axis of motor and link as one body: at the motor, if the joint is stiff apart from its clocks, otherwise at the link.
     fn rigid(&self, stiff: Option<StiffJoint>, mut findings: Vec<Finding>) -> Result<IdentifiedJoint> {
-        // The link's angle on the motor's clock, which is the torque's: the motor's own shakes against a stiff joint.
+        // The link's angle on the motor's clock, which is also the torque's: the motor's own angle vibrates against a stiff joint.
         let offset = findings.iter().find_map(|f| match f {
             Finding::EncoderClocks { offset, .. } => Some(*offset),
             _ => None,
@@ -174,21 +174,21 @@ impl FlexibleJoint<'_> {
     }
 }
 
-/// What a flexible joint's result is made of, besides the free curves.
+/// The parts of a flexible joint's result in addition to the free curves.
 pub(super) struct AxisParts<'a> {
     pub motion: &'a Motion<'a>,
     pub joint: &'a JointSignals<'a>,
     pub clocks: &'a Clocks,
-    /// What else acts, of a single joint.
+    /// The other effects, for a single joint.
     pub explained: Option<&'a Explained>,
     pub place: JointPlace,
     pub motor_inertia: Estimated,
     pub link_inertia: Estimated,
     pub forms: JointForms,
     pub model: JointModel,
-    /// The torque that the motor's inertia takes at every sample.
+    /// The torque for the motor's inertia at every sample.
     pub rotor_torque: Vec<f64>,
-    /// The torque that the links' inertias take.
+    /// The torque for the links' inertias.
     pub link_torque: Vec<f64>,
 }
 
@@ -269,7 +269,7 @@ impl AxisParts<'_> {
         })
     }
 
-    /// What to know of the log before trusting the result.
+    /// The findings about the log.
     fn findings(&self, memories: Vec<(Effect, f64)>) -> Vec<Finding> {
         let motion = self.motion;
         let competing = self.explained.map_or(&[][..], |explained| &explained.competing);

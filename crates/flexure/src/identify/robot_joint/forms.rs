@@ -1,11 +1,11 @@
-//! The physical forms of a joint's curves: what they are made of, and their names.
+//! The physical forms of a joint's curves: their terms and names.
 
 use super::limits::LARGEST_STRIBECK;
 
 use serde::Serialize;
 
-/// One term of a form: a function of the velocity or deflection x with a factor to be estimated, and shape
-/// parameters inside, of which the logarithms are estimated.
+/// One term of a form: a function of the velocity or deflection x, with an estimated factor and with shape parameters, whose logarithms are
+/// estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Term {
     /// 1.
@@ -16,7 +16,7 @@ pub(super) enum Term {
     Absolute,
     /// x^3.
     Cubic,
-    /// sign x, softened within the velocity's own resolution.
+    /// sign x, softened within the velocity's resolution.
     Sign,
     /// tanh(a x).
     Tanh,
@@ -111,11 +111,11 @@ fn soft_sign(x: f64, width: f64) -> f64 {
 pub enum FormName {
     /// Coulomb, viscous and offset: `Fc sign v + Fv v + F0`.
     CoulombViscous,
-    /// Those with the Stribeck effect: `(Fc + (Fs - Fc) exp(-(v / vs)^2)) sign v + Fv v + F0`.
+    /// The same with the Stribeck effect: `(Fc + (Fs - Fc) exp(-(v / vs)^2)) sign v + Fv v + F0`.
     Stribeck,
     /// Coulomb friction, an offset, and viscous friction of each direction: `Fc sign v + Fv v + Fd |v| + F0`.
     DirectedViscous,
-    /// Those with the Stribeck effect.
+    /// The same with the Stribeck effect.
     DirectedStribeck,
     /// `g4 tanh(g5 v)`, (12) without its Stribeck and viscous parts.
     SmoothDry,
@@ -186,7 +186,7 @@ impl FormName {
         )
     }
 
-    /// The terms; `offset` adds a constant to the smooth forms of friction, which have none of their own.
+    /// The terms; `offset` adds a constant to the smooth forms of friction, which have none.
     pub(super) fn terms(self, offset: bool) -> Vec<Term> {
         let mut terms = match self {
             FormName::CoulombViscous => vec![Term::Sign, Term::Linear, Term::Constant],
@@ -228,7 +228,7 @@ impl FormName {
 }
 
 /// Whether an arm can have a friction (12) with these factors g1, g4 and g6 and these slopes g2 and g3, or their logarithms: no term is
-/// negative, and the Stribeck part is no small difference of large terms.
+/// negative, and the Stribeck part is not a small difference of large terms.
 pub(super) fn is_possible_friction([g1, g4, g6]: [f64; 3], [g2, g3]: [f64; 2]) -> bool {
     [g1, g4, g6].iter().all(|g| *g >= 0.0) && g1 <= LARGEST_STRIBECK * g4 && g2 >= g3
 }
@@ -254,7 +254,7 @@ pub(super) struct ShapedTerm<'a> {
 }
 
 impl<'a> ShapedTerm<'a> {
-    /// All terms, from the logarithms of all of them.
+    /// All terms, from the logarithms of all terms.
     pub fn all(terms: &'a [Term], logs: &'a [f64], width: f64) -> impl Iterator<Item = ShapedTerm<'a>> {
         let mut rest = logs;
         terms.iter().map(move |&term| {

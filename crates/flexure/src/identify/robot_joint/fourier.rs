@@ -7,8 +7,8 @@
 //! $$ \int w\,\ddot q\, e^{-i\omega t} dt
 //!    = \int \left(\ddot w - 2 i\omega \dot w - \omega^2 w\right) q\, e^{-i\omega t} dt. $$
 //!
-//! The equation becomes one complex equation a frequency, whose noise is independent from one to the next, so that
-//! noise of any colour is allowed for by weights.
+//! The equation becomes one complex equation for each frequency. The noise is independent from one frequency to the next, so weights allow
+//! for noise of any colour.
 
 use std::sync::Arc;
 
@@ -70,7 +70,7 @@ impl Modulation {
         self.window[0].len()
     }
 
-    /// The share of each sample in a mean over the window's square, the power of what is modulated.
+    /// The share of each sample in a mean over the window's square, the power of the modulated signal.
     pub fn shares(&self) -> impl Iterator<Item = f64> + '_ {
         self.window[0].iter().map(|w| (w * self.scale).powi(2))
     }
@@ -92,7 +92,7 @@ impl Modulation {
         self.lines(x, 0, 0.0)
     }
 
-    /// Those of the first derivative of x.
+    /// The modulated integrals of the first derivative of x.
     pub fn of_rate(&self, x: &[f64]) -> Vec<Complex<f64>> {
         let about = mean(x);
         let [plain, rate] = [0, 1].map(|k| self.lines(x, k, about));
@@ -100,7 +100,7 @@ impl Modulation {
         lines.map(|(&w, (p, r))| Complex::new(0.0, w) * p - r).collect()
     }
 
-    /// Those of the second derivative of x.
+    /// The modulated integrals of the second derivative of x.
     pub fn of_acceleration(&self, x: &[f64]) -> Vec<Complex<f64>> {
         let about = mean(x);
         let [plain, rate, bend] = [0, 1, 2].map(|k| self.lines(x, k, about));
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn derivatives_are_those_of_the_signal() {
-        // Sums for integrals: of the acceleration off by the square of a sample's share of the window's ramp.
+        // Sums replace integrals: the acceleration's error is the square of a sample's share of the window's ramp.
         for (n, step, rate_error, acceleration_error) in [(5000, 0.002, 1e-7, 2e-4), (50_000, 0.0002, 1e-10, 2e-6)] {
             differentiate(n, step, [rate_error, acceleration_error]);
         }

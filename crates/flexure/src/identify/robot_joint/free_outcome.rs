@@ -1,4 +1,4 @@
-//! What the solution with free curves says: factors with standard errors, and curves with bands.
+//! The results of the solution with free curves: factors with standard errors, and curves with bands.
 
 use super::basis::Basis;
 use super::limits::CURVE_POINTS;
@@ -8,7 +8,7 @@ use super::system::{FreeCurves, Solved, System};
 use crate::bands::{Band, BandKind};
 use crate::distributions::normal_quantile;
 
-/// A solution with free curves, to be read off.
+/// A solution with free curves, from which results are read.
 pub(super) struct FreeOutcome<'a> {
     pub system: &'a System<'a>,
     pub curves: &'a FreeCurves,
@@ -16,7 +16,7 @@ pub(super) struct FreeOutcome<'a> {
     /// The torque of each curve at every sample.
     pub values: Vec<Vec<f64>>,
     covariance: Covariance,
-    /// What the unknowns take of the sum of squares by chance.
+    /// The decrease of the sum of squares by the unknowns due to chance.
     pub taken: f64,
     /// The solution with finer curves.
     finer: Solved<'a>,
@@ -71,7 +71,7 @@ impl<'a> FreeOutcome<'a> {
         }])
     }
 
-    /// The splines' sum with its band: of a stiffness curve the stiffness, of a friction curve the torque.
+    /// The splines' sum with its band: the stiffness for a stiffness curve, the torque for a friction curve.
     pub fn band(&self, curve: usize) -> Band {
         let first = self.solved.layout.curves[curve].start;
         let basis = &self.curves.splines[curve].basis;
@@ -81,7 +81,7 @@ impl<'a> FreeOutcome<'a> {
         widened(band, &|x| finer.value(self.finer.coefficients(curve), x))
     }
 
-    /// A curve with this band and these forms, and what the other terms leave for it at every sample; `None` without a form.
+    /// A curve with this band and these forms, and the torque that the other terms leave for it at every sample; `None` without a form.
     pub fn identified(
         &self,
         curve: usize,
@@ -105,7 +105,7 @@ impl<'a> FreeOutcome<'a> {
     }
 }
 
-/// The band with what a finer curve would change added to its standard errors, an allowance for bias.
+/// The band with larger standard errors: the change by a finer curve is added, as an allowance for bias.
 fn widened(mut band: Band, finer: &dyn Fn(f64) -> f64) -> Band {
     for i in 0..band.estimate.len() {
         let error = band.standard_error[i];

@@ -1,4 +1,4 @@
-//! Curves of equations of motion in physical forms: each one beside the other curves as they are free, then all together.
+//! Curves of equations of motion in physical forms: first each one with the other curves free, then all together.
 
 use super::candidates::{
     FormStart, candidates, friction_of_an_arm, no_more_certain, possible_friction, stiffness_of_an_arm,
@@ -19,25 +19,25 @@ struct Formed {
     terms: Vec<Term>,
 }
 
-/// Where a flexible joint stands in equations of motion.
+/// The place of a flexible joint in equations of motion.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct JointPlace {
     /// The numbers of its curves.
     pub stiffness: usize,
     pub friction: usize,
     pub motor_friction: Option<usize>,
-    /// The numbers of the factors that are reported beside the forms of stiffness and friction.
+    /// The numbers of the factors that are reported with the forms of stiffness and friction.
     pub motor: Option<usize>,
     pub link: Option<usize>,
 }
 
-/// A free curve of which forms are wanted.
+/// A free curve that gets forms.
 pub(super) struct FreeCurve {
     /// Its number.
     pub curve: usize,
     /// Whether forms without a constant get one.
     pub offset: bool,
-    /// The factor that is reported beside the forms.
+    /// The factor that is reported with the forms.
     pub inertia: Option<usize>,
 }
 
@@ -55,7 +55,7 @@ pub(super) struct ArmModel {
     pub joints: Vec<JointModel>,
 }
 
-/// What forms are fitted beside and compared with are the free curves.
+/// Forms are fitted together with the other free curves, and compared with the free curve that they replace.
 impl<'a> FreeOutcome<'a> {
     /// The equations with some curves in forms, the others free.
     fn equations(&self, formed: Vec<Formed>) -> FormEquations<'a> {
@@ -164,7 +164,7 @@ impl<'a> FreeOutcome<'a> {
         }
     }
 
-    /// The same, of joints of which some have a `simple` friction without a Stribeck part.
+    /// The same; joints that are `simple` have a friction without a Stribeck part.
     fn model_with(&self, joints: &[JointPlace], forms: &[JointForms], simple: &[bool]) -> Option<ArmModel> {
         let mut chosen: Vec<Option<&Fitted>> = vec![None; self.system.curves.len()];
         for ((place, forms), simple) in joints.iter().zip(forms).zip(simple) {
@@ -205,7 +205,7 @@ impl<'a> FreeOutcome<'a> {
             };
             no_more_certain(&mut model.stiffness, &forms.stiffness);
             if joints.len() > 1 {
-                // Each joint's own test: the curves of the others are free.
+                // In each joint's own test, the curves of the other joints are free.
                 let own = [place.stiffness, place.friction];
                 let alone: FormFit = self.equations(formed(&own)).near(&logs(&own))?;
                 retest(&mut model.stiffness, &alone);

@@ -2,7 +2,7 @@
 //!
 //! $$ \tau = J_m \ddot q_m + \kappa(d), \qquad 0 = \kappa(d) - M \ddot q - f(\dot q). $$
 //!
-//! and what else acts on the joint: columns and a further curve of the [`effects`](super::effects).
+//! with the other effects on the joint: columns and a further curve of the [`effects`](super::effects).
 
 use super::column_noise::{AbscissaNoise, Noisy};
 use super::compliance::Deflection;
@@ -24,7 +24,7 @@ pub(super) struct JointSignals<'a> {
     /// The link's velocity at every sample, and its resolution.
     pub v: Vec<f64>,
     pub resolution: f64,
-    /// The torque, less the part of the motor's inertia if that is known.
+    /// The torque, less the part for the motor's inertia if that is known.
     pub torque: Lines,
     /// The motor's acceleration; `None` if its inertia is known.
     pub motor: Option<Lines>,
@@ -34,11 +34,11 @@ pub(super) struct JointSignals<'a> {
     pub encoder: [Vec<f64>; 2],
     /// The spectrum of an angle's noise in the square of a deflection.
     pub squared: Vec<f64>,
-    /// That in the product of a deflection and minus an acceleration.
+    /// The same spectrum in the product of a deflection and minus an acceleration.
     pub shared: Vec<f64>,
     /// The variances of the noise of the motor's and of the link's angle.
     pub variances: [f64; 2],
-    /// What else acts, as columns.
+    /// The other effects, as columns.
     pub acting: Vec<Acting>,
     /// The motor's velocity, if friction acts there.
     pub motor_velocity: Option<Velocity>,
@@ -46,16 +46,16 @@ pub(super) struct JointSignals<'a> {
 
 /// The columns of an effect in the equations of motor and link.
 pub(super) struct Acting {
-    /// Which effect; `None` for a delay of the torque.
+    /// The effect; `None` for a delay of the torque.
     pub effect: Option<Effect>,
     pub columns: Vec<Column>,
-    /// The torques of the columns at every sample, with factors of 1; none of late samples, which are no torque.
+    /// The torques of the columns at every sample, with factors of 1; empty for late samples, which are no torque.
     pub signals: Vec<Vec<f64>>,
 }
 
 /// A velocity as the abscissa of a friction.
 pub(super) struct Velocity {
-    /// At every sample, rad/s.
+    /// The velocity at every sample, rad/s.
     pub v: Vec<f64>,
     /// The smallest difference that the data resolve.
     pub resolution: f64,
@@ -78,7 +78,7 @@ struct LinkStart {
 }
 
 impl<'a> JointSignals<'a> {
-    /// With the transformed torque at the time of its effect, and the link's angle on the motor's clock.
+    /// The signals with the transformed torque at the time of its effect, and the link's angle on the motor's clock.
     pub fn new(motion: &Motion, modulation: &'a Modulation, mut torque: Lines, link: &[f64]) -> Self {
         let motor = motion.rotor_acceleration(modulation);
         if let Some(known) = motion.motor_inertia {
@@ -102,7 +102,7 @@ impl<'a> JointSignals<'a> {
         }
     }
 
-    /// The number of the link's inertia among the factors, after that of the motor's if it is unknown.
+    /// The number of the link's inertia among the factors; it follows the motor's if that is unknown.
     pub fn link_factor(&self) -> usize {
         usize::from(self.motor.is_some())
     }
@@ -112,7 +112,7 @@ impl<'a> JointSignals<'a> {
         if self.motor.is_some() { factors[0] } else { 0.0 }
     }
 
-    /// The torque of these effects at each of so many samples, for these factors.
+    /// The torque of these effects at every sample, for these factors.
     pub fn torque_of(&self, factors: &[f64], effects: [Effect; 2], samples: usize) -> Vec<f64> {
         let mut torque = vec![0.0; samples];
         for acting in &self.acting {
@@ -128,7 +128,7 @@ impl<'a> JointSignals<'a> {
         torque
     }
 
-    /// The stiffness curve with these signs, which stands after so many factors.
+    /// The stiffness curve with these signs; it comes after the first `after` factors.
     pub fn stiffness<'b>(&'b self, signs: Vec<f64>, noise: Vec<AbscissaNoise<'b>>, after: usize) -> Curve<'b> {
         let d = &self.deflection.d;
         Curve {
@@ -142,7 +142,7 @@ impl<'a> JointSignals<'a> {
         }
     }
 
-    /// The friction curve with these signs, which stands after so many factors.
+    /// The friction curve with these signs; it comes after the first `after` factors.
     pub fn friction(&self, signs: Vec<f64>, after: usize) -> Curve<'_> {
         Curve {
             kind: CurveKind::Friction,
@@ -155,8 +155,8 @@ impl<'a> JointSignals<'a> {
         }
     }
 
-    /// The noise of the deflection in these blocks of equations, with that which it shares with accelerations. A smoothed deflection
-    /// counts as free of noise: to subtract its noise made the inertias of stiff joints worse.
+    /// The noise of the deflection in these blocks of equations, including the noise that it shares with accelerations. A smoothed
+    /// deflection counts as free of noise: subtracting its noise made the inertias of stiff joints worse.
     pub fn deflection_noise<'b>(
         &'b self,
         blocks: &[usize],
@@ -174,15 +174,15 @@ impl<'a> JointSignals<'a> {
         own.chain(shared).collect()
     }
 
-    /// The motor's inertia with an allowance for the noise of the deflection, beside a link of this inertia. Where both angles accelerate
-    /// alike, the motor's inertia replaces what is missing of the elastic torque.
+    /// The motor's inertia with an allowance for the noise of the deflection, for a link of this inertia. If both angles accelerate alike,
+    /// the motor's inertia replaces the missing part of the elastic torque.
     pub fn motor_inertia_of(&self, estimated: Estimated, link_inertia: f64) -> Estimated {
         estimated
             .or_off_by(link_inertia * self.deflection.attenuation)
             .or_off_by(estimated.value * self.deflection.confusion)
     }
 
-    /// The product of this joint's deflection noise with that of the motor's or the link's acceleration, a factor's column.
+    /// The product of this joint's deflection noise with the noise of the motor's or the link's acceleration, which is a factor's column.
     pub fn shared_noise(&self, factor: usize, block: usize, covariance: f64) -> AbscissaNoise<'_> {
         AbscissaNoise {
             factor: Some(factor),
@@ -192,7 +192,7 @@ impl<'a> JointSignals<'a> {
         }
     }
 
-    /// The noise of the accelerations of motor and link in these equations, in a system whose factors are the inertias.
+    /// The noise of the accelerations of motor and link in these equations, in a system with the inertias as factors.
     fn noisy(&self, blocks: [usize; 2]) -> Vec<Noisy<'_>> {
         let motor = self
             .motor
@@ -202,8 +202,8 @@ impl<'a> JointSignals<'a> {
         motor.into_iter().chain([link]).collect()
     }
 
-    /// The noise that the deflection shares with the motor's acceleration. The motor's noise enters the deflection with a plus; it enters
-    /// minus the motor's acceleration with a plus too, times a positive factor.
+    /// The noise that the deflection shares with the motor's acceleration. The motor's noise has a positive sign in the deflection, and a
+    /// positive factor in minus the motor's acceleration.
     fn shared_with_motor(&self) -> Option<AbscissaNoise<'_>> {
         let shared = self.shared_noise(0, 0, -self.variances[0]);
         self.motor.is_some().then_some(shared)
@@ -256,7 +256,7 @@ impl<'a> JointSignals<'a> {
     pub fn system(&self) -> System<'_> {
         let link = self.link_factor();
         let motor = self.motor.clone().map(|m| vec![Some(m), None]);
-        // The link's noise enters the deflection with a minus, and the column of the link, minus its acceleration, with a plus.
+        // The link's noise has a negative sign in the deflection, and a positive sign in the link's column, minus its acceleration.
         let with_link = self.shared_noise(link, 1, -self.variances[1]);
         let noise = self.deflection_noise(&[0, 1], self.shared_with_motor().into_iter().chain([with_link]));
         let zero = vec![Complex::new(0.0, 0.0); self.torque.len()];
@@ -298,7 +298,7 @@ impl<'a> JointSignals<'a> {
         first..first
     }
 
-    /// The stiffness curve with as many splines as Akaike's criterion asks for, from the motor's equation alone.
+    /// The stiffness curve from the motor's equation alone; Akaike's criterion chooses the number of splines.
     pub fn motor_start(&self) -> Option<MotorStart> {
         let system = self.motor_system();
         let splines = |pieces: usize| system.curves[0].splines(self.modulation, pieces);
@@ -328,7 +328,7 @@ impl<'a> JointSignals<'a> {
         let mut unknowns = Vec::new();
         for _ in 0..NOISE_ROUNDS {
             let solved = sum.solve(&[&coarse], &noise)?;
-            // The columns of the link have the sign that they have in its own equation.
+            // The columns of the link have the sign of its own equation.
             let of_link = &solved.solution.x[self.link_factor()..];
             unknowns = of_link.iter().map(|x| -x).collect();
             noise = sum.noise_of(&solved);
@@ -356,7 +356,7 @@ impl<'a> JointSignals<'a> {
     }
 }
 
-/// The spectrum of the torque that an inertia makes of an acceleration's noise.
+/// The spectrum of the torque of an inertia due to an acceleration's noise.
 pub(super) fn of_inertia(spectrum: &[f64], inertia: f64) -> Vec<f64> {
     spectrum.iter().map(|e| inertia.powi(2) * e).collect()
 }

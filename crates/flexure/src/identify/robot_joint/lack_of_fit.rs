@@ -1,10 +1,9 @@
 //! Whether a curve departs from its form: the test for lack of fit.
 //!
-//! Splines of a division that is fixed beforehand are put beside the form and all else that is estimated (a score test; Rao 1948).
-//! What they explain is compared with what chance would let them: its mean and variance follow from what they leave
-//! (Satterthwaite 1946; Rao & Scott 1984). They are few, so that errors in bursts, as those of a velocity where friction is
-//! steep, keep their size beside them. A division chosen from the same data would be the one that explains the
-//! most by chance.
+//! Splines with a fixed division are added to the form and all other unknowns (a score test; Rao 1948). The part that they explain is
+//! compared with the part that they would explain by chance; its mean and variance follow from the remaining residuals (Satterthwaite 1946;
+//! Rao & Scott 1984). The splines are few, so they do not absorb errors in bursts, such as those of a velocity where friction is steep. A
+//! division chosen from the same data would be the one that explains most by chance.
 
 use super::bursts::over_time;
 use super::column_noise::Noisy;
@@ -14,7 +13,7 @@ use super::normal::{ridged, scaled, scales};
 use crate::distributions::fisher_below;
 use crate::linalg::{self, Complex, Eigen, Matrix, product};
 
-/// What splines beside a form explain.
+/// The part that splines explain in addition to a form.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Departure {
     /// The F statistic.
@@ -25,7 +24,7 @@ pub(super) struct Departure {
     pub p_value: f64,
 }
 
-/// The splines without what the columns of the form take of them.
+/// The splines without their parts along the columns of the form.
 struct Beside {
     /// Columns of unit length that are orthogonal to the form's and to each other, as sums of all columns.
     factors: Vec<Vec<f64>>,
@@ -34,8 +33,8 @@ struct Beside {
 }
 
 impl Departure {
-    /// Of the form whose linearised `equations` have this solution, by the columns `beside`; `noisy` is the noise of the latter,
-    /// which are numbered after the former. `None` if the equations do not determine it.
+    /// The test of the form whose linearised `equations` have this solution, with the further columns `beside`; `noisy` is the noise of
+    /// these, which are numbered after the form's columns. `None` if the equations do not determine it.
     pub fn new(
         equations: &Equations,
         solution: &Solution,
@@ -75,8 +74,8 @@ impl Departure {
         Some(Departure::by_chance(&own, &powers, &after, explained, remaining))
     }
 
-    /// How probable it is that columns of unit length explain so much by chance, which leave `after` with `remaining` degrees of
-    /// freedom and these mean squares of each line.
+    /// The probability that columns of unit length explain as much by chance. `after` is the solution with them, with `remaining` degrees
+    /// of freedom and these mean squares of each line.
     fn by_chance(
         columns: &Equations,
         powers: &[Vec<f64>],
@@ -87,10 +86,10 @@ impl Departure {
         let unknowns = columns.columns.len() as f64;
         let by_lines = columns.moment_covariance(powers);
         let by_time = over_time(columns, &after.residuals);
-        // A covariance from few stretches has too large a square, by that of its trace over their number.
+        // The square of a covariance from few stretches is too large, by the square of its trace over their number.
         let few = STRETCHES as f64 - 1.0;
         let of_stretches = by_time.norm_squared() - by_time.trace().powi(2) / few;
-        // Where the weights are right, the covariance of these columns' moments is the unit matrix.
+        // If the weights are right, the covariance of these columns' moments is the unit matrix.
         let least = unknowns * after.squares / remaining;
         let [mean, half] = [
             [least, least * least / unknowns.max(1.0)],
@@ -110,14 +109,14 @@ impl Departure {
 }
 
 impl Beside {
-    /// Of equations of which the first `known` columns are the form's.
+    /// The splines of equations whose first `known` columns are the form's.
     fn new(all: &Equations, known: usize) -> Option<Beside> {
         let (n, m) = (known, all.columns.len() - known);
         let gram = all.gram(n)?.products;
         let scale = scales(&gram);
         let gram = scaled(&gram, &scale);
         let moments = all.moments();
-        // What the form's columns take of the splines: of spline j the sum of those with the factors in column j of `share`.
+        // The splines' parts along the form's columns: for spline j, the sum of these columns with the factors in column j of `share`.
         let [form, cross, own] = [((0, 0), (n, n)), ((0, n), (n, m)), ((n, n), (m, m))]
             .map(|(start, shape)| gram.view(start, shape).into_owned());
         let share = product(&ridged(form).cholesky()?.inverse().transpose(), &cross);

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use super::forms::Term;
 
-/// The unknowns of equations with free curves. A curve's coefficients stand after some of the factors: beside those that it is
-/// determined with.
+/// The unknowns of equations with free curves. A curve's coefficients follow some of the factors: they are next to the factors that are
+/// determined with them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Layout {
     /// The number of each factor.
@@ -15,14 +15,14 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    /// The next factors, until there are so many.
+    /// Adds factors, up to the number `until`.
     pub fn add_factors(&mut self, until: usize) {
         let next = self.len();
         let more = until - self.factors.len();
         self.factors.extend(next..next + more);
     }
 
-    /// A curve of so many coefficients.
+    /// Adds a curve with this number of coefficients.
     pub fn add_curve(&mut self, coefficients: usize) {
         let next = self.len();
         self.curves.push(next..next + coefficients);
@@ -46,9 +46,9 @@ pub(super) struct FormLayout {
 /// The numbers of a curve's parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Numbers {
-    /// Of the factors of its terms, counted from the first curve's first.
+    /// The numbers of its terms' factors, counted from the first curve's first factor.
     pub factors: Range<usize>,
-    /// Of the logarithms of its shape parameters, likewise.
+    /// The numbers of the logarithms of its shape parameters, counted in the same way.
     pub logs: Range<usize>,
 }
 
@@ -57,12 +57,12 @@ pub(super) struct Numbers {
 pub(super) enum FormParameter {
     /// The factor of a term, counted over all curves.
     Factor(usize),
-    /// The logarithm of a shape parameter, likewise.
+    /// The logarithm of a shape parameter, counted over all curves.
     Log(usize),
 }
 
 impl FormLayout {
-    /// Of curves with these terms.
+    /// The layout for curves with these terms.
     pub fn new<'a>(fixed: usize, curves: impl IntoIterator<Item = &'a [Term]>) -> Self {
         let mut layout = FormLayout {
             fixed,

@@ -1,19 +1,19 @@
 //! Every threshold of the method, in the order of its steps.
 //!
-//! Where no source is given, the value is a convention. `examples/joint_bands.rs` and the tests measure on simulated joints and arms what
-//! all of them together give: how often the bands cover the truth, and how often true forms are refuted.
+//! Values without a source are conventions. `examples/joint_bands.rs` and the tests measure their joint effect on simulated joints and
+//! arms: how often the bands cover the truth, and how often true forms are refuted.
 
 // The log.
 
-/// The fewest samples that are looked at.
+/// The fewest samples of a log.
 pub const FEWEST_SAMPLES: usize = 200;
 /// A jump by a turn may be off by this share of it.
 pub const TURN_WITHIN: f64 = 0.2;
-/// A motor that goes this many times as far as the link is not on the link's side of the gear.
+/// If the motor moves this many times as far as the link, its angle is not on the link's side of the gear.
 pub const MOST_DIFFERENT: f64 = 4.0;
 /// The least squared correlation of motor and link at which the ratio of their motions is known.
 pub const TOGETHER: f64 = 0.5;
-/// Samples in a row at the extreme torque from which on it is clipped, and all of them as a share of the record.
+/// A torque is clipped from this many consecutive samples at its extreme on; all such samples as a share of the record.
 pub const CLIPPED_RUN: usize = 5;
 pub const CLIPPED_SHARE: f64 = 0.002;
 /// A link that turns farther than this may be logged in degrees.
@@ -22,22 +22,22 @@ pub const MOST_TURNS: f64 = 3.0;
 pub const ONE_WAY: f64 = 0.02;
 /// Fewer reversals than this do not determine friction.
 pub const FEWEST_REVERSALS: usize = 6;
-/// A spectrum that still falls by this where only noise should be belongs to the motion.
+/// A spectrum that still falls by this factor where only noise is expected belongs to the motion.
 pub const STEEP_NOISE: f64 = 3.0;
 /// Samples of a running mean in which plateaus are looked for.
 pub const PLATEAU_WINDOW: usize = 8;
-/// How far below the top a plateau reaches, and how far apart means of neighbouring windows are at most that stand still, in standard
-/// deviations of a mean.
+/// How far below the top a plateau reaches, and the largest difference of neighbouring windows' means at standstill, in standard deviations
+/// of a mean.
 pub const PLATEAU_DEPTH: f64 = 8.0;
 pub const PLATEAU_STILL: f64 = 4.0;
 /// Fewer plateaus than this may be peaks that happen to be flat.
 pub const FEWEST_PLATEAUS: usize = 3;
-/// Of a peak the outer thirds lie 5 standard deviations below the middle one; of a plateau by less than this.
+/// A peak's outer thirds lie 5 standard deviations below the middle one; a plateau's lie less than this below it.
 pub const PLATEAU_FLAT: f64 = 0.6;
-/// Plateaus must bend less than half as much as peaks do, by this many standard errors: low-crest multisines have many peaks of one height.
-/// Of 600 such torques without a clip, one was taken for clipped; six were, without this rule.
+/// Plateaus must bend less than half as much as peaks, by this many standard errors: low-crest multisines have many peaks of one height.
+/// Among 600 such unclipped torques, one was taken for clipped; without this rule, six were.
 pub const PLATEAU_SURE: f64 = 3.0;
-/// A depth above this share of the torque's range is no plateau's, nor is that of a torque that stands still for this share of the time.
+/// There is no plateau if its depth is above this share of the torque's range, or if the torque stands still for this share of the time.
 pub const PLATEAU_TOO_DEEP: f64 = 0.02;
 pub const STANDS_STILL: f64 = 0.85;
 
@@ -55,7 +55,7 @@ pub const NOISE_FROM: f64 = 0.35;
 pub const STANDS_OUT: f64 = 2.0;
 /// Lines on either side among which most must stand out.
 pub const NEIGHBOURS: usize = 3;
-/// White noise's spectrum does not fall by more than this from the lower to the upper half of where it is looked for.
+/// The spectrum of white noise does not fall by more than this factor from the lower to the upper half of the range where it is estimated.
 pub const FLAT_NOISE: f64 = 1.5;
 
 // Fourier transforms, and their frequencies.
@@ -65,12 +65,12 @@ pub const RAMP: f64 = 0.02;
 
 /// The fewest frequencies that make equations.
 pub const FEWEST_LINES: usize = 60;
-/// The least band of the equations in bands that just have these frequencies.
+/// The least band of the equations, relative to a band that just has these frequencies.
 pub const BAND_MARGIN: f64 = 1.2;
 /// The highest frequency of the equations of flexible joints as a share of the sampling rate, and in bands of the motion.
 pub const HIGHEST_FLEXIBLE: f64 = 0.1;
 pub const BANDS: f64 = 3.0;
-/// Velocities within so many standard deviations of their noise cannot be distinguished.
+/// Velocities within this many standard deviations of their noise cannot be distinguished.
 pub const RESOLVED: f64 = 3.0;
 
 /// The highest frequency of the equations of rigid axes as a share of the sampling rate.
@@ -82,18 +82,18 @@ pub const SAMPLES_A_CONSTANT: f64 = 5.0;
 
 /// The least deflection that determines a stiffness, in standard deviations of the encoders' noise.
 pub const FLEXIBLE: f64 = 3.0;
-/// The least share of a deflection's mean square that is the clocks' where a joint counts as stiff.
+/// A joint counts as stiff if the clocks explain at least this share of its deflection's mean square.
 pub const MOSTLY_CLOCKS: f64 = 0.9;
-/// The degree of what depends on the angle in the deflection of a stiff joint.
+/// The degree of the part of a stiff joint's deflection that depends on the angle.
 pub const ANGLE_DEGREE: usize = 5;
-/// Lines on either side over which the remainder of a stiff joint's deflection is averaged: at least so many, and this share of the frequency.
+/// The remainder of a stiff joint's deflection is averaged over lines on either side: at least this many, and this share of the frequency.
 pub const NEIGHBOURS_AROUND: usize = 3;
 pub const NEIGHBOURS_SHARE: f64 = 0.25;
 /// A deflection of more standard deviations than this needs no smoothing.
 pub const PLAIN: f64 = 100.0;
-/// The probability with which chance alone may pass for a spring.
+/// The probability that chance alone looks like a spring.
 pub const CHANCE_OF_SPRING: f64 = 1e-3;
-/// Passes at most that shift the link's angle, and the last change in samples.
+/// The most passes that shift the link's angle, and the change in samples that ends them.
 pub const COMPLIANCE_PASSES: usize = 5;
 pub const COMPLIANCE_SETTLED: f64 = 1e-3;
 
@@ -106,17 +106,17 @@ pub const RESOLVED_DEFLECTION: f64 = 1e-3;
 
 // The clocks.
 
-/// An offset of less than so many standard errors is taken as zero.
+/// An offset of less than this many standard errors is taken as zero.
 pub const SIGNIFICANT: f64 = 4.0;
 /// An offset below this share of a sample is taken as zero.
 pub const NEGLIGIBLE_OFFSET: f64 = 0.03;
 /// A torque held from sample to sample is late by half a sample, within this share of one.
 pub const HELD_WITHIN: f64 = 0.15;
 
-/// Passes at most by the motor's equation, and by both.
+/// The most passes with the motor's equation, and with both.
 pub const CLOCK_PASSES_BY_MOTOR: usize = 8;
 pub const CLOCK_PASSES: usize = 6;
-/// The last change of an offset, in standard errors.
+/// The change of an offset that ends the passes, in standard errors.
 pub const CLOCKS_SETTLED: f64 = 0.05;
 /// Intervals on either side of zero of the stiffness curve while the clocks are estimated.
 pub const CLOCK_PIECES: usize = 8;
@@ -125,14 +125,14 @@ pub const LONGEST_CLOCK_STEP: f64 = 20.0;
 /// Half the distance of the points between which a slope of the stiffness curve is taken, as a share of the largest deflection.
 pub const STIFFNESS_SLOPE_STEP: f64 = 1e-4;
 
-// What else acts on a joint.
+// Other effects on a joint.
 
 /// Radii of the stop operators of a spring with memory and of friction with memory, as shares of half the range of deflection or angle.
 pub const STOP_RADII_OF_DEFLECTION: [f64; 5] = [0.01, 0.03, 0.08, 0.2, 0.5];
 pub const STOP_RADII_OF_ANGLE: [f64; 4] = [0.0003, 0.001, 0.003, 0.01];
 /// The velocity at which a motion is steady, as a share of the largest one.
 pub const STEADY_WITHIN: f64 = 0.01;
-/// A friction drives a joint where its power is negative by more than this share of the other one's. Convention.
+/// A friction drives a joint if its power is negative by more than this share of the other friction's. Convention.
 pub const DRIVES: f64 = 0.1;
 /// The smallest radius, in standard deviations of the signal's noise.
 pub const STOPS_ABOVE_NOISE: f64 = 5.0;
@@ -144,12 +144,12 @@ pub const RIDGE: f64 = 1e-10;
 
 /// The largest share of the square of any sum of columns that may be noise.
 pub const MOSTLY_NOISE: f64 = 0.5;
-/// How often the part that is subtracted is halved at most, where it would be more.
+/// How often the subtracted part is halved at most, if it would be larger.
 pub const NOISE_HALVINGS: usize = 12;
 
-/// The smallest share of a line that the unknowns are taken to leave to the residual.
+/// The smallest share of a line that is assumed to remain in the residual.
 pub const LEAST_REMAINDER: f64 = 0.05;
-/// Residual powers are averaged over one in so many lines on either side, and over no fewer than the second number.
+/// Residual powers are averaged over one hundredth of the lines on either side, and over at least the second number.
 pub const SMOOTHED_SHARE: usize = 100;
 pub const FEWEST_SMOOTHED: usize = 6;
 
@@ -163,16 +163,16 @@ pub const FEWEST_IN_STRETCH: usize = 8;
 pub const POINTS_IN_INTERVAL: usize = 20;
 /// The least share of all points that an interval must hold.
 pub const SHARE_IN_INTERVAL: f64 = 1e-3;
-/// How much denser the breakpoints lie at zero than at the ends: of friction, which changes fastest where the velocity
-/// changes sign, and of stiffness, which the torque determines less well the nearer to zero.
+/// How much denser the breakpoints are at zero than at the ends: for friction, which changes fastest where the velocity changes sign, and
+/// for stiffness, which the torque determines less well near zero.
 pub const FRICTION_DENSER: f64 = 100.0;
 pub const STIFFNESS_DENSER: f64 = 10.0;
-/// How much denser at zero the points lie at which a curve is reported.
+/// How much denser at zero are the points at which a curve is reported.
 pub const GRID_DENSER: f64 = 10.0;
 /// Half the distance of the points between which a slope is taken, as a share of the range.
 pub const SPLINE_SLOPE_STEP: f64 = 1e-6;
 
-/// Changes of division at most in a round, for each curve.
+/// The most changes of division in a round, for each curve.
 pub const DIVISION_MOVES: usize = 12;
 
 /// How often the divisions of all curves and the noise are estimated again.
@@ -183,20 +183,20 @@ pub const CURVE_POINTS: usize = 201;
 
 // The physical forms.
 
-/// Slopes of tanh that minima are looked for at, in units of one over the largest velocity.
+/// Starting slopes of tanh in the search for minima, in units of one over the largest velocity.
 pub const START_SLOPES: [f64; 4] = [5.0, 20.0, 60.0, 180.0];
-/// Widths of a wind-up that minima are looked for at, as shares of the largest deflection.
+/// Starting widths of a wind-up, as shares of the largest deflection.
 pub const START_WINDUP_WIDTHS: [f64; 4] = [0.02, 0.06, 0.2, 0.5];
-/// Stribeck velocities that minima are looked for at, as shares of the largest velocity.
+/// Starting Stribeck velocities, as shares of the largest velocity.
 pub const START_STRIBECK_VELOCITIES: [f64; 3] = [0.005, 0.03, 0.2];
-/// A form is refuted where its lack of fit is less probable than this: less than is usual, as errors that come in bursts, where friction is
-/// steep, still make small probabilities too frequent on short logs (on ten simulated logs of 20 s three of the 20 tests gave the true
-/// friction less than 0.01, none less than 1e-4).
+/// A form is refuted if its lack of fit is less probable than this. The level is smaller than usual: errors in bursts, where friction is
+/// steep, make small probabilities too frequent on short logs (on ten simulated logs of 20 s, three of the 20 tests gave the true friction
+/// less than 0.01, none less than 1e-4).
 pub const REFUTED: f64 = 1e-4;
 
 /// Knots of the hat functions on either side of zero.
 pub const KNOTS: usize = 70;
-/// How much denser the knots lie at zero than at the ends.
+/// How much denser the knots are at zero than at the ends.
 pub const KNOTS_DENSER: f64 = 100.0;
 /// Iterations of a minimisation.
 pub const ITERATIONS: usize = 60;
@@ -207,9 +207,9 @@ pub const LARGEST_LOG: f64 = 40.0;
 pub const LONGEST_LOG_STEP: f64 = 0.5;
 /// The largest Stribeck factor g1 of friction as a multiple of the Coulomb friction g4.
 pub const LARGEST_STRIBECK: f64 = 5.0;
-/// Stribeck factors g1, as shares of g4, that are tried where the lowest minimum has one that no arm has.
+/// Stribeck factors g1, as shares of g4, that are tried if the lowest minimum has one that no arm can have.
 pub const STRIBECK_SHARES: [f64; 5] = [0.1, 0.25, 0.5, 1.0, 2.0];
-/// The quantile of 95 % of chi squared with four degrees of freedom: what g1, g2, g3 and g5 take by chance.
+/// The quantile of 95 % of chi squared with four degrees of freedom: the decrease by g1, g2, g3 and g5 due to chance.
 pub const AS_WELL: f64 = 9.49;
 /// Half the distance of the points between which a slope is taken, as a share of the largest abscissa.
 pub const TERM_SLOPE_STEP: f64 = 1e-6;
@@ -217,30 +217,31 @@ pub const TERM_SLOPE_STEP: f64 = 1e-6;
 /// Sums of splines that the form's columns explain up to this share belong to the form.
 pub const OF_THE_FORM: f64 = 1e-7;
 
-/// Distances from the minimum: of logarithms, and of factors as shares of them. What is not refuted at the last has no limit.
+/// Distances from the minimum: of logarithms, and of factors as shares of them. A parameter that is not refuted at the last distance has no
+/// limit.
 pub const PROFILE_STEPS: [f64; 9] = [0.02, 0.05, 0.12, 0.3, 0.6, 1.0, 1.8, 3.0, 4.6];
-/// A factor's distances are shares of no less than this many of its standard errors.
+/// The unit of a factor's distances is at least this many of its standard errors.
 pub const LEAST_UNIT: f64 = 4.0;
 
 /// The data do not determine a parameter whose standard error is this share of it.
 pub const LARGEST_ERROR: f64 = 0.5;
-/// Nor do they determine one with values farther away than this that fit as well, relatively or in its logarithm.
+/// They do not determine it either if values farther away than this, relatively or in its logarithm, fit as well.
 pub const FAR: f64 = 1.2;
 /// Logarithms of shape parameters farther than this from the estimate are no limits.
 pub const FARTHEST: f64 = 6.0;
-/// Slopes whose logarithms are nearer than this make terms that are alike.
+/// Terms are alike if the logarithms of their slopes are nearer than this.
 pub const ALIKE: f64 = 0.3;
-/// Terms can be distinguished if the standard error of their factor is no more than this share of it.
+/// Terms can be distinguished if the standard error of their factor is at most this share of it.
 pub const COLLINEAR: f64 = 0.15;
 
 // The free run.
 
-/// Samples of which the error of a free run is made small.
+/// The number of samples for minimising the error of a free run.
 pub const POLISHED_SAMPLES: usize = 2000;
-/// Difference quotients are taken over this share of what matters.
+/// The step of difference quotients, as a share of a parameter's scale.
 pub const POLISH_DIFFERENCE: f64 = 1e-3;
-/// Gauss-Newton steps at most, and the share of the mean square by which the last one lowers it.
+/// The most Gauss-Newton steps, and the share of the mean square by which the last one lowers it.
 pub const POLISH_ROUNDS: usize = 12;
 pub const POLISH_SETTLED: f64 = 1e-3;
-/// A polished form is used where it lowers the error of halves that were held back by this share.
+/// A polished form is used if it lowers the error of held-back halves by this share.
 pub const BETTER_BY: f64 = 0.05;

@@ -4,33 +4,33 @@
 //!
 //! $$ \tau = J_m \ddot q_m + \kappa(d), \qquad \kappa(d) = M \ddot q + f(\dot q), $$
 //!
-//! or for a rigid axis $\tau = M \ddot q + f(\dot q)$. That is linear in the inertias and free in kappa and f: a partially linear
-//! model with additive curves (Robinson 1988; by series, Donald & Newey 1994). Noisy angles are not differentiated
-//! twice: the equations are multiplied by a window and Fourier transformed, which moves the derivatives to the window. Each
-//! equation gets the weight that its noise has at each frequency: the torque's, white, and the encoders', which
-//! grows with the square of the frequency in an acceleration.
+//! or for a rigid axis $\tau = M \ddot q + f(\dot q)$. This is linear in the inertias, with free curves kappa and f: a partially linear
+//! model with additive curves (Robinson 1988; by series, Donald & Newey 1994). Noisy angles are not differentiated twice: the equations are
+//! multiplied by a window and Fourier transformed, which moves the derivatives to the window. Each equation is weighted by its noise at
+//! each frequency: the torque's noise, which is white, and the encoders', which grows with the square of the frequency in an acceleration.
 //!
-//! The physical forms, friction (12) and stiffness (10)-(11) beside the textbook ones, are fitted to the same equations with
-//! the same weights, and tested beside splines of a fixed division; one whose lack of fit has p < [`REFUTED`] is refuted.
+//! The physical forms, friction (12) and stiffness (10)-(11) as well as textbook ones, are fitted to the same equations with the same
+//! weights. They are tested against added splines of a fixed division; a form whose lack of fit has p < [`REFUTED`] is refuted.
 //!
-//! Each form is fitted while all other curves are free, from many starts, in equations condensed to inner products; a
-//! parameter with values far away that fit as well, by the likelihood's profile, is reported as not identifiable. The test for lack of fit and
-//! all standard errors allow for noise whose spectrum is not that of the weights, and the standard errors also for noise that comes in bursts.
+//! Each form is fitted while all other curves are free, from many starts, in equations condensed to inner products; a parameter is reported
+//! as not identifiable if, by the likelihood's profile, values far away fit as well. The test for lack of fit and all standard errors allow
+//! for noise with another spectrum than the weights; the standard errors also allow for noise in bursts.
 //!
-//! A joint is flexible if the torque explains a deflection of three times the encoders' noise, beyond what an offset of their
-//! clocks makes. A torque that stands still at its extremes, noise or not, is clipped: what is estimated then has no standard error.
+//! A joint is flexible if the torque explains a deflection of three times the encoders' noise, beyond the effect of an offset of their
+//! clocks. A torque that stands still at its extremes, with noise or without, is clipped: the estimates then have no standard error.
 //!
-//! Friction at the motor, damping of the joint, late samples of the link, gravity and memory explain each other in part. All of them are estimated
-//! together, and a single joint gets the smallest set that is not refuted by all; what another effect replaces equally well is no fact.
+//! Friction at the motor, damping of the joint, late samples of the link, gravity and memory explain each other in part. All of them are
+//! estimated together. A single joint gets the smallest set that is not refuted against all of them; an effect is no fact if another one
+//! can replace it equally well.
 //!
-//! How fine a free curve is follows from all equations together (Akaike's criterion, then the next finer division); its band allows for
-//! what the one after that would change, and the residuals' noise for what the curves themselves took of it. How often 95 %
-//! bands then cover the truth, and how often true forms are refuted, is measured by `cargo run --release -p flexure --example joint_bands`.
+//! The division of a free curve follows from all equations together (Akaike's criterion, then the next finer division). Its band allows for
+//! the change by the division after that, and the residuals' noise for the part that the curves absorbed. How often 95 % bands then cover
+//! the truth, and how often true forms are refuted, is measured by `cargo run --release -p flexure --example joint_bands`.
 //!
 //! The forms are fitted to the equations of motion. The best form of a rigid axis is also polished by the simulated motion: least squares of
-//! its free run's error. On the electro-mechanical positioning system (EMPS; Janot, Gautier & Brunot 2019) that takes a mass and a viscous
-//! friction 2 and 4 % from the published ones, so that the equations' result stays beside it. The free run's error is mostly an offset that
-//! changes with time, which no constant follows; before that, a viscous friction that differs by direction.
+//! its free run's error. On the electro-mechanical positioning system (EMPS; Janot, Gautier & Brunot 2019) that gives a mass and a viscous
+//! friction that differ by 2 and 4 % from the published ones, so the equations' result is reported too. The free run's error is mostly an
+//! offset that changes with time, which no constant can follow, and a viscous friction that differs by direction.
 //!
 //! | item | what |
 //! |---|---|
@@ -38,7 +38,7 @@
 //! | [`FlexibleJoint`] | motor and link position and torque: a flexible joint |
 //! | [`TwoLinkLog`] | both motor and link angles and torques: a two-link arm with its coupling |
 //! | [`RigidAxis`], [`FlexibleAxis`], [`TwoLinkArm`] | the results |
-//! | [`Effect`] | what a joint may have besides: friction at the motor, damping, late samples, gravity, memory |
+//! | [`Effect`] | further effects of a joint: friction at the motor, damping, late samples, gravity, memory |
 //! | [`Finding`] | what to know before trusting them |
 //!
 //! The files, in the order of the method:
@@ -48,27 +48,27 @@
 //! | `rigid.rs`, `flexible.rs`, `two_link/` | the three kinds of log: their equations put together, and the result |
 //! | `joint_signals.rs`, `two_link/links.rs` | the equations of one flexible joint, and of two links: (4)-(7) under the motors' (8)-(9) |
 //! | `limits.rs` | every threshold |
-//! | `checks.rs` | what is refused, and what is warned of, in a log |
+//! | `checks.rs` | refusals and warnings about a log |
 //! | `smooth.rs` | the noise of an encoder from its spectrum; zero-phase smoothing; shifts by a part of a sample |
 //! | `fourier.rs` | modulated Fourier integrals: derivatives without differentiating |
 //! | `motion.rs` | a log with the noise of its encoders, and the frequencies of the equations |
 //! | `compliance.rs` | whether the joint is flexible |
-//! | `stiff.rs` | the difference between motor and link where it is nearly all an offset of the clocks |
+//! | `stiff.rs` | the difference between motor and link if it is nearly all an offset of the clocks |
 //! | `clock_offset.rs`, `clocks.rs` | offsets of the clocks of torque and encoders, and how they are estimated |
-//! | `effects.rs`, `explanations.rs` | what else may act on a joint; which of it a log shows, and what explains it equally well |
+//! | `effects.rs`, `explanations.rs` | further effects on a joint; which of them a log shows, and what explains it equally well |
 //! | `basis.rs` | the splines of a free curve |
 //! | `system.rs`, `layout.rs` | equations of motion with unknown factors and curves, and the order of the unknowns |
 //! | `equations.rs`, `normal.rs` | weighted least squares over complex equations; scaled normal equations |
-//! | `column_noise.rs` | what the encoders' noise adds to the inner products of noisy columns |
-//! | `covariance.rs`, `bursts.rs` | standard errors whatever the noise's spectrum is, and where it comes in bursts |
-//! | `division.rs` | how finely the free curves are divided |
+//! | `column_noise.rs` | the contribution of the encoders' noise to the inner products of noisy columns |
+//! | `covariance.rs`, `bursts.rs` | standard errors for noise of any spectrum, and for noise in bursts |
+//! | `division.rs` | the choice of the free curves' intervals |
 //! | `free_outcome.rs` | the solution with free curves: factors with standard errors, curves with bands |
-//! | `forms.rs`, `candidates.rs` | the physical forms: stiffness (10)-(11), friction (12), textbook forms; where their searches start |
+//! | `forms.rs`, `candidates.rs` | the physical forms: stiffness (10)-(11), friction (12), textbook forms; the starts of their searches |
 //! | `condensed.rs`, `form_fit.rs` | the search in equations condensed to inner products, and the fit in the equations themselves |
 //! | `lack_of_fit.rs`, `profile.rs` | the test of a form; intervals by the likelihood's profile |
 //! | `parameters.rs`, `joint_forms.rs` | which parameters the data determine; the forms of all curves together |
 //! | `outcome.rs`, `finding.rs` | the results, with the names of the effects, and what to know before trusting them |
-//! | `replay.rs`, `polish.rs` | the motion that an identified axis would make; the parameters refined by its error |
+//! | `replay.rs`, `polish.rs` | the simulated motion of an identified axis; the parameters refined by its error |
 
 mod basis;
 mod bursts;

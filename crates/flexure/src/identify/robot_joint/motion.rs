@@ -7,7 +7,8 @@ use super::limits::{BAND_MARGIN, BANDS, FEWEST_LINES, HIGHEST_FLEXIBLE, RESOLVED
 use super::smooth::{Noise, Reflected};
 use crate::error::{Error, Result};
 
-/// The frequencies of the equations of motion: up to `band` Hz, or as many as it takes, but not above a share of the sampling rate.
+/// The frequencies of the equations of motion: up to `band` Hz, or higher if there would be too few, but not above a share of the sampling
+/// rate.
 ///
 /// # Errors
 /// [`Error::Data`]: `TooShort`.

@@ -1,4 +1,4 @@
-//! Normal equations, scaled so that their diagonal is one, and the covariance that they give.
+//! Normal equations, scaled so that their diagonal is one, and their covariance.
 
 use super::limits::RIDGE;
 use crate::linalg::{Cholesky, Matrix};
@@ -29,7 +29,7 @@ pub(super) struct Normal {
 }
 
 impl Normal {
-    /// Of columns with these inner products; `None` if they are not independent in double precision.
+    /// The equations of columns with these inner products; `None` if they are not independent in double precision.
     pub fn new(products: &Matrix) -> Option<Self> {
         let scale = scales(products);
         let factors = ridged(scaled(products, &scale)).cholesky()?;

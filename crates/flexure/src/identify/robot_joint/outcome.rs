@@ -8,13 +8,13 @@ use super::limits::LARGEST_ERROR;
 use crate::bands::Band;
 use crate::quantiles::NORMAL_95;
 
-/// What a joint may have besides inertias, a spring without memory and friction at the link.
+/// Effects of a joint in addition to inertias, a spring without memory and friction at the link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Effect {
     /// The link's samples are late.
     EncoderSkew,
-    /// A damping beside the spring.
+    /// A damping parallel to the spring.
     Damping,
     /// Friction at the motor.
     MotorFriction,
@@ -37,7 +37,7 @@ impl Effect {
         Effect::Presliding,
     ];
 
-    /// What it is called.
+    /// Its name for reading.
     pub fn title(self) -> &'static str {
         match self {
             Effect::EncoderSkew => "an offset of the encoders' clocks",
@@ -55,7 +55,7 @@ impl Effect {
 pub struct Estimated {
     /// The estimate.
     pub value: f64,
-    /// Its standard error, whatever the noise's spectrum; 0 for a value that was given.
+    /// Its standard error, for any spectrum of the noise; 0 for a given value.
     pub standard_error: f64,
 }
 
@@ -73,17 +73,18 @@ pub struct Parameter {
     pub standard_error: f64,
     /// Whether these data determine it.
     pub identifiable: bool,
-    /// The values that the data support: an interval of 95 %, one-sided (NaN where there is no limit) beyond the data's resolution.
+    /// The values that the data support: an interval of 95 %; one-sided (NaN for a missing limit) if the value is beyond the data's
+    /// resolution.
     pub range: [f64; 2],
     /// Why it is not identifiable; empty if it is.
     pub remark: String,
 }
 
-/// How far a form is from the curve that the data show without any: the test of splines of a fixed division beside the form, and the
-/// distance from the free curve.
+/// How far a form is from the curve that the data show without a form: the test with added splines of a fixed division, and the distance
+/// from the free curve.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LackOfFit {
-    /// The F statistic of what the splines explain beside the form.
+    /// The F statistic of the part that the splines explain in addition to the form.
     pub statistic: f64,
     /// Its degrees of freedom.
     pub freedom: [f64; 2],
@@ -121,23 +122,23 @@ impl Fitted {
     }
 }
 
-/// What was wrong where a torque was clipped.
+/// The doubt if a torque was clipped.
 const CLIPPED: &str = "the torque is clipped, and what really acted is not in the record";
-/// What was wrong where a joint moved in one direction.
+/// The doubt if a joint moved in one direction only.
 const ONE_WAY: &str = "the joint moves in one direction only, in which Coulomb friction and an offset are alike";
 
 /// The parameters that need both directions.
 const DRY_FRICTION: [&str; 9] = ["Fc", "Fs", "vs", "F0", "g1", "g2", "g3", "g4", "g5"];
 
 impl Estimated {
-    /// Whether the value is more than the data's chance: positive by two standard errors, as a parameter that counts as identifiable. Without
-    /// a standard error, whether it is positive.
+    /// Whether the value is more than chance: positive by two standard errors, as for a parameter that counts as identifiable. Without a
+    /// standard error, whether it is positive.
     pub fn is_positive(&self) -> bool {
         let chance = self.standard_error / LARGEST_ERROR;
         self.value > if chance.is_finite() { chance } else { 0.0 }
     }
 
-    /// The values from zero on that are within 95 % of chance; `None` if there are none.
+    /// The part of the 95 % interval that is not negative; `None` if it is empty.
     pub fn positive_range(&self) -> Option<[f64; 2]> {
         let [low, high] = [-1.0, 1.0].map(|side| self.value + side * NORMAL_95 * self.standard_error);
         (high > 0.0).then(|| [low.max(0.0), high])
@@ -151,14 +152,14 @@ impl Estimated {
         }
     }
 
-    /// Removes the standard error: the error is systematic, which a standard error does not measure.
+    /// Removes the standard error: it does not measure the systematic error here.
     fn unsure(&mut self) {
         self.standard_error = f64::NAN;
     }
 }
 
 impl Parameter {
-    /// The parameter is not identifiable after all.
+    /// Marks the parameter as not identifiable after all.
     pub(super) fn withdraw(&mut self, remark: &str) {
         self.identifiable = false;
         self.range = [f64::NAN; 2];
@@ -172,7 +173,7 @@ impl Parameter {
     }
 }
 
-/// What the findings make untrustworthy: standard errors are about chance alone.
+/// The values that the findings make untrustworthy: standard errors cover only chance.
 struct Doubt {
     clipped: bool,
     one_way: bool,
@@ -233,9 +234,9 @@ pub struct Polished {
     pub form: Fitted,
     /// The root mean square of the free run's error over the whole record: with the equations' parameters, and with these.
     pub error: [f64; 2],
-    /// The same over halves that were held back, each with what the other half is polished to.
+    /// The same over held-back halves; each is simulated with the parameters polished on the other half.
     pub held_back: [f64; 2],
-    /// Whether the held-back halves are simulated better by more than chance may do: the motion is then simulated with these parameters.
+    /// Whether the held-back halves are simulated better by more than chance: the motion is then simulated with these parameters.
     pub is_used: bool,
     /// The symbols of parameters that are farther from the equations' than three of their standard errors; M is the inertia.
     pub differs: Vec<String>,
@@ -244,11 +245,11 @@ pub struct Polished {
 /// A rigid axis: `tau = M q'' + f(q') + ...`.
 #[derive(Debug, Clone)]
 pub struct RigidAxis {
-    /// The inertia (or mass) M beside the free curves.
+    /// The inertia (or mass) M from the fit with the free curves.
     pub inertia: Estimated,
     /// The friction f; it contains any offset.
     pub friction: IdentifiedCurve,
-    /// Position-dependent terms, where they were asked for.
+    /// Position-dependent terms, if requested.
     pub extras: Vec<Parameter>,
     /// The cut-off of the smoothing of velocities, Hz; `None` if these were given.
     pub cut_off: Option<f64>,
@@ -256,13 +257,13 @@ pub struct RigidAxis {
     pub highest: f64,
     /// The sample time, s.
     pub sample_time: f64,
-    /// The torque that the free curves, the inertias and the motion make.
+    /// The torque computed from the free curves, the inertias and the motion.
     pub reconstructed: Vec<f64>,
-    /// What the difference between motor and link is made of, where both were logged and an offset of the clocks makes nearly all of it.
+    /// The parts of the difference between motor and link, if both were logged and an offset of the clocks explains nearly all of it.
     pub stiff: Option<StiffJoint>,
-    /// The best form refined by the error of its free run, of an axis that can be simulated under its recorded torque.
+    /// The best form refined by the error of its free run, if the axis can be simulated under its recorded torque.
     pub polished: Option<Polished>,
-    /// What to know before trusting it.
+    /// The findings about the log.
     pub findings: Vec<Finding>,
 }
 
@@ -271,13 +272,13 @@ pub struct RigidAxis {
 pub struct StiffJoint {
     /// The time by which the link's samples are late, s.
     pub clock_offset: Estimated,
-    /// The deflection by the motor's torque, rad/(N m): the spring's compliance, or less where the motor takes a part of its torque.
+    /// The deflection by the motor's torque, rad/(N m): the spring's compliance, or less if the motor's inertia takes a part of its torque.
     pub compliance: Estimated,
-    /// The share of the difference's mean square, about its mean, that the clocks make.
+    /// The share of the difference's mean square, about its mean, that the clocks explain.
     pub share_of_clocks: f64,
 }
 
-/// A flexible joint: `tau = Jm qm'' + kappa(d)`, `kappa(d) = M q'' + f(q')`, with what else acts on it ([`Effect`]).
+/// A flexible joint: `tau = Jm qm'' + kappa(d)`, `kappa(d) = M q'' + f(q')`, with further effects ([`Effect`]).
 #[derive(Debug, Clone)]
 pub struct FlexibleAxis {
     /// The motor's inertia Jm, on the link's side; with a standard error of 0 if it was given.
@@ -288,17 +289,17 @@ pub struct FlexibleAxis {
     pub secant: Band,
     /// The link as an axis under the elastic torque; `reconstructed` is the motor's torque, and the findings are those of the joint.
     pub link: RigidAxis,
-    /// The friction at the motor over its velocity; `None` where the log shows none beside that at the link.
+    /// The friction at the motor over its velocity; `None` if the log shows only friction at the link.
     pub motor_friction: Option<IdentifiedCurve>,
-    /// The damping of the joint beside its spring, N m s/rad; `None` where the log shows none.
+    /// The damping of the joint, parallel to its spring, N m s/rad; `None` if the log shows none.
     pub damping: Option<Estimated>,
-    /// What acts besides inertias, the spring and friction at the link.
+    /// The effects in addition to inertias, the spring and friction at the link.
     pub effects: Vec<Effect>,
-    /// Those of them that explain the log as well as others of them: none of these is a fact.
+    /// Those effects that explain the log as well as other ones: none of these is a fact.
     pub competing: Vec<Effect>,
     /// The forms that an arm can have, fitted together to both equations.
     pub model: JointModel,
-    /// The time by which the link's samples are late, s; corrected where the findings say so.
+    /// The time by which the link's samples are late, s; it was corrected if the findings say so.
     pub clock_offset: Estimated,
 }
 
@@ -309,7 +310,7 @@ pub struct JointModel {
     pub stiffness: Fitted,
     /// The friction, (12) or without its Stribeck part; `inertia` is the link's.
     pub friction: Fitted,
-    /// The same at the motor, where the log shows any; `inertia` is NaN.
+    /// The friction at the motor, if the log shows any; `inertia` is NaN.
     pub motor_friction: Option<Fitted>,
 }
 
@@ -351,7 +352,7 @@ impl FlexibleAxis {
 /// An identified joint of a log of motor, link and torque.
 #[derive(Debug, Clone)]
 pub enum IdentifiedJoint {
-    /// Motor and link do not move against each other: the link's axis, with the finding that says so.
+    /// Motor and link do not move relative to each other: the link's axis, with the finding that says so.
     Rigid(Box<RigidAxis>),
     /// A flexible joint.
     Flexible(Box<FlexibleAxis>),

@@ -11,29 +11,29 @@ use super::outcome::{Estimated, Fitted, LackOfFit, Parameter};
 use super::system::Curve;
 use crate::quantiles::NORMAL_95;
 
-/// The factors that are positive in every joint: of friction, which brakes, and of springs, which hold.
+/// The factors that are positive in every joint: of friction, which opposes motion, and of springs, which oppose deflection.
 const PASSIVE: [&str; 6] = ["Fc", "Fv", "Fs", "g4", "g6", "a2"];
 /// Why a parameter is not identifiable.
 const FITS_AS_WELL: &str = "values far from each other fit these data as well";
 
-/// Schwarz's criterion of a form fitted instead of one of the free curves.
+/// Schwarz's criterion of a form that replaces one of the free curves.
 ///
-/// The errors may be other than the weights say. The sum of squares that chance takes then has another mean, and the sum of squares of the
-/// form is corrected to the value that it would have with errors as the weights say.
+/// The errors may differ from the weights. The decrease of the sum of squares by chance then has another mean, and the sum of squares of
+/// the form is corrected to the value that it would have with errors that agree with the weights.
 fn schwarz(fit: &FormFit, free: &FreeOutcome) -> f64 {
     let (form, taken, free) = (&fit.solution, free.taken, &free.solved.solution);
     let [of_form, of_free] = [form, free].map(|solution| solution.x.len() as f64);
     let observations = 2.0 * form.lines() as f64;
     let extra = (of_free - of_form).max(1.0);
     let remaining = (observations - of_free).max(1.0);
-    // Never less than the weights say.
+    // At least the value for errors that agree with the weights.
     let mean = (taken - fit.taken).max(extra * free.squares / remaining);
     let statistic = (form.objective - free.objective).max(0.0) / mean;
     let squares = free.squares * (1.0 + statistic * extra / remaining);
     observations * (squares / observations).ln() + of_form * observations.ln()
 }
 
-/// Takes the test of a form from a fit in which less of the equations has a form.
+/// Takes the test of a form from a fit in which fewer curves have forms.
 pub(super) fn retest(form: &mut Fitted, fit: &FormFit) {
     form.lack_of_fit = lack_of_fit(fit, form.lack_of_fit.distance);
 }
@@ -52,14 +52,14 @@ fn lack_of_fit(fit: &FormFit, distance: f64) -> LackOfFit {
     }
 }
 
-/// Which part of a fit is read.
+/// The part of a fit to read.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
     /// The number of the curve among those that have a form.
     pub in_fit: usize,
     /// Its number among all curves.
     pub curve: usize,
-    /// The number of the factor that is reported beside it: an inertia.
+    /// The number of the factor that is reported with it: an inertia.
     pub inertia: Option<usize>,
 }
 
@@ -136,7 +136,7 @@ fn parameters(form: FormName, fit: &FormFit, place: Place, abscissa: &Curve, fre
     parameters
 }
 
-/// An unknown with its standard error, and the values that fit as well but for chance.
+/// An unknown with its standard error, and the interval of values that fit equally well within chance.
 struct Uncertain {
     value: f64,
     error: f64,
@@ -144,7 +144,7 @@ struct Uncertain {
 }
 
 impl Uncertain {
-    /// The less certain of two counts: the curvature at the minimum, and the profile beyond it.
+    /// The less certain of two estimates: from the curvature at the minimum, and from the profile beyond it.
     fn new(value: f64, error: f64, profile: [f64; 2]) -> Uncertain {
         let near = NORMAL_95 * error;
         Uncertain {
@@ -154,13 +154,13 @@ impl Uncertain {
         }
     }
 
-    /// Whether all of the interval is nearer to the value than this.
+    /// Whether the whole interval is within this distance of the value.
     fn within(&self, distance: f64) -> bool {
         self.interval.iter().all(|end| (end - self.value).abs() < distance)
     }
 }
 
-/// A factor. `size` is what its error is compared with if it may well be zero; otherwise that is the factor itself.
+/// A factor. Its error is compared with `size` if the factor may be zero, otherwise with the factor itself.
 fn factor(symbol: &str, unit: [i32; 2], uncertain: Uncertain, size: Option<f64>) -> Parameter {
     let [low, high] = uncertain.interval;
     let zero = size.is_none() && low <= 0.0 && high >= 0.0;
@@ -190,7 +190,7 @@ fn factor(symbol: &str, unit: [i32; 2], uncertain: Uncertain, size: Option<f64>)
 fn shape(symbol: &str, unit: [i32; 2], log: Uncertain, abscissa: &Curve) -> Parameter {
     let value = log.value.exp();
     let (longest, resolution) = (2.0 * abscissa.largest(), abscissa.resolution);
-    // The distance over which the term changes, whatever the parameter's unit.
+    // The distance over which the term changes, for any unit of the parameter.
     let power = unit[1];
     let distance = value.powf(1.0 / f64::from(power));
     let (identifiable, range, remark) = if distance < resolution {
@@ -203,7 +203,7 @@ fn shape(symbol: &str, unit: [i32; 2], log: Uncertain, abscissa: &Curve) -> Para
         (false, range, "the curve changes beyond the data's range")
     } else {
         let identifiable = log.within(FAR) && log.error < LARGEST_ERROR;
-        // Logarithms without an end are no limits, and so are those that would be absurd.
+        // Infinite logarithms are no limits, and neither are absurd ones.
         let near = |end: &f64| (end - log.value).abs() < FARTHEST;
         let ends = log
             .interval
@@ -221,7 +221,7 @@ fn shape(symbol: &str, unit: [i32; 2], log: Uncertain, abscissa: &Curve) -> Para
     }
 }
 
-/// Where a tanh is a straight line over all of the data, the data determine only its slope.
+/// If a tanh is a straight line over all data, the data determine only its slope.
 fn slope_only(parameters: &mut [Parameter]) {
     let straight = |p: &Parameter| p.symbol == "g5" && !p.identifiable && p.range[0].is_nan() && p.range[1].is_finite();
     if parameters.iter().any(straight) {
@@ -230,7 +230,7 @@ fn slope_only(parameters: &mut [Parameter]) {
     }
 }
 
-/// The three slopes of (12) are nearly alike: if its Stribeck part is not well determined, no slope is.
+/// The three slopes of (12) are nearly alike: if its Stribeck part is not well determined, no slope is well determined.
 fn collinear(parameters: &mut [Parameter]) {
     let loose = |p: &Parameter| p.symbol == "g1" && !(p.standard_error < COLLINEAR * p.value.abs());
     let slopes: Vec<f64> = parameters
@@ -248,14 +248,14 @@ fn collinear(parameters: &mut [Parameter]) {
             parameter.identifiable = false;
             parameter.remark = "g1, g2, g3 and g5 make up for each other: the data determine only the curve".to_owned();
         }
-        // Between terms that are alike the profile is that of their sum.
+        // For terms that are alike, the profile is that of their sum.
         if alike {
             parameter.range = [f64::NAN; 2];
         }
     }
 }
 
-/// The shape parameters of a term are not identifiable where its factor is not.
+/// The shape parameters of a term are not identifiable if its factor is not.
 fn shapeless(parameters: &mut [Parameter], factor: &str, shapes: &[&str]) {
     if !parameters.iter().any(|p| p.symbol == factor && !p.identifiable) {
         return;

@@ -1,11 +1,11 @@
-//! A rigid axis polished by its free run: least squares of the simulated motion's error under the recorded torque, from the parameters
-//! that the equations of motion give (DIDIM has the same idea in a control loop; Gautier, Janot & Vandanjon 2013).
+//! A rigid axis polished by its free run: least squares of the simulated motion's error under the recorded torque, starting from the
+//! parameters of the equations of motion (DIDIM has the same idea in a control loop; Gautier, Janot & Vandanjon 2013).
 //!
-//! Inertia and the factors of the best form's terms are refined. Shape parameters, the Stribeck parts and the terms of the position stay: a free run
-//! passes the slow motion of a Stribeck part too fast to tell it, and least squares would misuse it. A free run adds up what
-//! the equations of motion let pass, above all a friction or an offset that is a little wrong; but it also adds up whatever drifts in the axis
-//! itself. So both results are kept. The halves of the record decide between them: each half is simulated with what the other one is
-//! polished to, and with the equations' result.
+//! Inertia and the factors of the best form's terms are refined. Shape parameters, the Stribeck parts and the terms of the position stay: a
+//! free run passes the slow motion of a Stribeck part too fast to determine it, and least squares would misuse it. A free run accumulates
+//! errors that the equations of motion hardly show, such as a slightly wrong friction or offset; but it also accumulates any drift of the
+//! axis itself. So both results are kept. The halves of the record decide between them: each half is simulated with the parameters polished
+//! on the other half, and with the equations' result.
 
 use super::finding::Finding;
 use super::forms::{ParametricCurve, ShapedTerm, Term};
@@ -27,7 +27,7 @@ struct Run<'a> {
     position: &'a [f64],
     /// The velocity at its first sample.
     velocity: f64,
-    /// Every how many samples count.
+    /// One in this many samples counts.
     every: usize,
 }
 
@@ -36,7 +36,7 @@ struct Run<'a> {
 struct Unknowns(Vec<f64>);
 
 impl Run<'_> {
-    /// The error of the free run with these unknowns, of the samples that count; `None` where it runs away.
+    /// The error of the free run with these unknowns, at the samples that count; `None` if it runs away.
     fn error(&self, unknowns: &Unknowns, form: &ParametricCurve) -> Option<Vec<f64>> {
         let friction = ParametricCurve {
             factors: unknowns.0[1..].to_vec(),
@@ -55,7 +55,8 @@ impl Run<'_> {
         (unknowns.0[0] > 0.0 && error.iter().all(|e| e.is_finite())).then_some(error)
     }
 
-    /// The unknowns with the least squares of the error, by Gauss-Newton steps from these; `sizes` are changes that matter, 0 of what stays.
+    /// The unknowns with the least squares of the error, by Gauss-Newton steps from these; `sizes` are significant changes, 0 for fixed
+    /// unknowns.
     fn polished(&self, start: &Unknowns, sizes: &[f64], form: &ParametricCurve) -> Option<Unknowns> {
         let mut at = start.clone();
         let mut error = self.error(&at, form)?;
@@ -97,8 +98,7 @@ impl Run<'_> {
 }
 
 impl RigidAxis {
-    /// The best form polished by the free run under this torque; `None` where the axis or its free run runs away, or its torque is not all
-    /// of what acted.
+    /// The best form polished by the free run under this torque; `None` if the axis or its free run runs away, or if other torques act too.
     pub(super) fn polish(&self, torque: &[f64], position: &[f64]) -> Option<Polished> {
         let form = self.friction.best();
         let clipped = |f: &Finding| matches!(f, Finding::ClippedTorque { .. });
@@ -136,7 +136,8 @@ impl RigidAxis {
         })
     }
 
-    /// How much of each unknown matters: all of the inertia, and of a term's factor what makes it as large as the friction; 0 of what stays.
+    /// The significant size of each unknown: the inertia itself, and for a term's factor the value that makes the term as large as the
+    /// friction; 0 for fixed ones.
     fn sizes(&self, form: &Fitted) -> Vec<f64> {
         let curve = &form.curve;
         let mean = |f: &dyn Fn(f64) -> f64| {
@@ -183,7 +184,7 @@ fn refined(form: &Fitted, Unknowns(unknowns): &Unknowns) -> Fitted {
     refined
 }
 
-/// The symbols of what differs by more than chance.
+/// The symbols of the parameters that differ by more than chance.
 fn differing(form: &Fitted, refined: &Fitted) -> Vec<String> {
     let inertia = (
         "M",

@@ -1,8 +1,8 @@
-//! Intervals of parameters by the likelihood's profile: what else fits as well.
+//! Intervals of parameters by the likelihood's profile: the other values that fit equally well.
 //!
-//! A standard error follows from the curvature at the minimum. If two terms are nearly alike, very different values fit equally
-//! well, or there are several minima. A standard error shows neither. Therefore each parameter is moved away step by step, and all
-//! others are fitted again, until the objective has grown by more than chance (Venzon & Moolgavkar 1988).
+//! A standard error follows from the curvature at the minimum. If two terms are nearly alike, very different values fit equally well; or
+//! there may be several minima. A standard error shows neither. Therefore each parameter is moved away step by step, and all others are
+//! fitted again, until the objective has grown by more than chance (Venzon & Moolgavkar 1988).
 
 use super::condensed::{Condensed, FormedCurve, Held, Minimum};
 use super::form_fit::FormFit;
@@ -11,7 +11,7 @@ use super::limits::{LEAST_UNIT, PROFILE_STEPS};
 use crate::parallel;
 use crate::quantiles::CHI_SQUARED_95;
 
-/// The intervals of all unknowns of a fit whose condensed minimum is `best`; other `minima` that fit as well are in them.
+/// The intervals of all unknowns of a fit whose condensed minimum is `best`; they include other `minima` that fit as well.
 pub(super) fn intervals(
     condensed: &Condensed,
     curves: &[FormedCurve],
@@ -24,12 +24,12 @@ pub(super) fn intervals(
     let parameters: Vec<FormParameter> = fit.layout.parameters().collect();
     let of_parameters = parallel::batch(&parameters, |&parameter| {
         let (unknown, value) = (fit.layout.unknown(parameter), best.value(parameter));
-        // A factor near zero is no measure of its own uncertainty.
+        // A factor near zero is no scale for its uncertainty.
         let unit = match parameter {
             FormParameter::Factor(_) => value.abs().max(LEAST_UNIT * fit.solution.covariance.error(unknown)),
             FormParameter::Log(_) => 1.0,
         };
-        // Where the noise is not as the weights say, sums of squares grow more slowly.
+        // If the noise differs from the weights, sums of squares grow more slowly.
         let given = fit.solution.covariance.at(unknown, unknown).max(f64::MIN_POSITIVE);
         let inflation = (fit.covariance.at(unknown, unknown) / given).max(1.0);
         let allowed = CHI_SQUARED_95 * scale * inflation;
@@ -59,7 +59,7 @@ pub(super) fn intervals(
             let v = other.value(parameter);
             interval = [interval[0].min(v), interval[1].max(v)];
         }
-        // About the value with which the equations themselves end.
+        // The interval is shifted to the result of the equations themselves.
         let shift = fit.solution.x[unknown] - value;
         [interval[0] + shift, interval[1] + shift]
     });

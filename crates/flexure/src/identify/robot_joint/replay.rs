@@ -1,4 +1,4 @@
-//! A rigid axis in time: the motion that an identified axis would make.
+//! A rigid axis in time: the simulated motion of an identified axis.
 
 use super::forms::ParametricCurve;
 use super::outcome::{Fitted, RigidAxis};
@@ -18,9 +18,9 @@ pub enum AxisDrive<'a> {
         reference: &'a [f64],
         /// The position's gain, 1/s.
         kp: f64,
-        /// The velocity's gain, in the unit of the command a velocity.
+        /// The velocity's gain, in units of the command per velocity.
         kv: f64,
-        /// Torque a unit of command.
+        /// Torque per unit of command.
         torque_constant: f64,
     },
 }
@@ -38,7 +38,7 @@ pub(super) struct Movable<'a> {
 }
 
 impl RigidAxis {
-    /// The positions of the axis with the friction of one of its forms, from a position and a velocity on.
+    /// The positions of the axis with the friction of one of its forms, starting from a position and a velocity.
     ///
     /// Runge-Kutta's method of order 4, eight steps a sample; one position a sample of the drive.
     pub fn replay(&self, form: &Fitted, drive: AxisDrive, start: [f64; 2]) -> Vec<f64> {
@@ -52,7 +52,7 @@ impl RigidAxis {
         axis.positions(drive, start)
     }
 
-    /// The factors of cos q, sin q and q; 0 of what it does not have.
+    /// The factors of cos q, sin q and q; 0 for missing terms.
     pub(super) fn position_dependent(&self) -> [f64; 3] {
         ["gravity cos", "gravity sin", "spring"].map(|symbol| {
             let found = self.extras.iter().find(|e| e.symbol == symbol);
@@ -62,7 +62,7 @@ impl RigidAxis {
 }
 
 impl Movable<'_> {
-    /// Its positions from a position and a velocity on, one a sample of the drive.
+    /// Its positions from an initial position and velocity, one for each sample of the drive.
     pub fn positions(&self, drive: AxisDrive, start: [f64; 2]) -> Vec<f64> {
         let samples = match drive {
             AxisDrive::Torque(torque) => torque.len(),

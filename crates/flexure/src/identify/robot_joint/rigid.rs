@@ -31,7 +31,7 @@ pub enum Extra {
     Spring,
 }
 
-/// The log of a rigid axis, and what is known of it.
+/// The log of a rigid axis, and known values.
 ///
 /// | field | unit | range |
 /// |---|---|---|
@@ -91,7 +91,7 @@ impl RigidJoint<'_> {
     ///
     /// # Errors
     /// [`Error::Data`](crate::Error::Data): `TooShort`, `NonFinite`, `Constant`, `LengthMismatch`, `Unit` and `WrappedAngle` for samples that cannot be used,
-    /// `SampledTooSlowly`, and `TooLittleMotion` where the motion has too few frequencies, or does not separate inertia from friction;
+    /// `SampledTooSlowly`, and `TooLittleMotion` if the motion has too few frequencies, or does not separate inertia from friction;
     /// [`Error::Parameter`](crate::Error::Parameter) for a parameter outside its range.
     pub fn identify(&self) -> Result<RigidAxis> {
         self.check()?;
@@ -199,7 +199,7 @@ impl RigidJoint<'_> {
         })
     }
 
-    /// What to know of the motion before trusting the result, for an axis of this mechanical time constant.
+    /// The findings about the motion, for an axis of this mechanical time constant.
     fn findings(&self, signals: &Signals, noise: &Noise, time_constant: Option<f64>) -> Vec<Finding> {
         let step = self.sample_time;
         let mut findings = Vec::new();
@@ -261,7 +261,8 @@ impl Signals {
         ))
     }
 
-    /// The free curve with the smallest criterion of Schwarz, and the next finer one, which shows what it smooths away.
+    /// The free curve with the smallest criterion of Schwarz, and the next finer one, which shows the details that the first one smooths
+    /// away.
     fn free_curve(&self, system: &System, noise: Vec<Vec<f64>>) -> Option<FreeCurves> {
         let curve = &system.curves[0];
         let splines = |pieces: usize| curve.splines(&self.modulation, pieces);

@@ -10,18 +10,18 @@ use crate::linalg::Complex;
 pub(super) struct Noise {
     /// The standard deviation of the white part of a sample.
     pub sd: f64,
-    /// The highest frequency at which the signal stands out of it, Hz.
+    /// The highest frequency at which the signal is above the noise, Hz.
     pub band: f64,
-    /// Whether the signal reaches up to where the noise is looked for: sampled too slowly to separate the two.
+    /// Whether the signal reaches the frequencies where the noise is estimated: it was sampled too slowly to separate the two.
     pub unresolved: bool,
-    /// By how much the spectrum falls from the lower to the upper half of where only noise should be.
+    /// The factor by which the spectrum falls from the lower to the upper half of the range where only noise is expected.
     pub fall: f64,
 }
 
 impl Noise {
     /// The white noise of a sampled position, and the band of the motion.
     pub fn of(q: &[f64], step: f64) -> Noise {
-        // Second differences take the slow motion's leakage away; their gain is known.
+        // Second differences remove the slow motion's leakage; their gain is known.
         let bent: Vec<f64> = q.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();
         let length = super::fourier::friendly(SEGMENT.min(bent.len() / 8).max(16).min(bent.len()));
         let power = periodogram(&bent, length);
@@ -37,7 +37,7 @@ impl Noise {
             part.get(part.len() / 2).copied().unwrap_or(0.0)
         };
         let floor = median(NOISE_FROM, 0.5);
-        // A band, not a single line.
+        // It must be a band, not a single line.
         let half = NEIGHBOURS.min(power.len() / 8);
         let last = (half..power.len() - half.min(power.len()))
             .rev()
@@ -101,10 +101,10 @@ pub(super) fn gain(w: f64, cut_off: f64) -> f64 {
 
 /// A signal continued at both ends by its reflection in the end point, as a spectrum to filter in.
 ///
-/// That is how forward-backward filters treat the ends (Gustafsson 1996): the signal and its slope go on.
+/// Forward-backward filters treat the ends in this way (Gustafsson 1996): the signal and its slope are continuous.
 pub(super) struct Reflected {
     lines: Vec<Complex<f64>>,
-    /// The samples of the signal, and where it begins in the continued one.
+    /// The number of samples, and the index of the first one in the continued signal.
     samples: usize,
     ahead: usize,
     length: usize,
@@ -123,10 +123,10 @@ impl Reflected {
         let front = (1..=ahead).rev().map(|i| 2.0 * x[0] - x[i]);
         let back = (1..=ahead).map(|i| 2.0 * x[last] - x[last - i]);
         let long: Vec<f64> = front.chain(x.iter().copied()).chain(back).collect();
-        // One period: with the line off, the last point would repeat the first.
+        // One period: without the line, the last point would repeat the first.
         let all = long.len();
         let slope = (long[all - 1] - long[0]) / (all - 1) as f64;
-        // A length that transforms fast, the line running from end to end of it.
+        // A length with a fast transform; the line goes from its first to its last point.
         let length = all - 1;
         let mut flat: Vec<f64> = (0..length).map(|i| long[i] - long[0] - slope * i as f64).collect();
         let fft = RealFftPlanner::new().plan_fft_forward(length);

@@ -1,15 +1,15 @@
-//! A joint so stiff that its encoders' clocks, not its spring, make most of the difference between motor and link.
+//! A joint so stiff that its encoders' clocks, not its spring, explain most of the difference between motor and link.
 //!
-//! To first order the deflection is what an offset sigma of the link's clock makes, and what the motor's torque bends:
+//! To first order the deflection is the sum of the effect of an offset sigma of the link's clock and of the bending by the motor's torque:
 //!
 //! $$ d = \sigma\, \dot q + c\,\tau + p(q) + e. $$
 //!
-//! What the motor itself takes of its torque, and what the spring gets, cannot be told apart where both move as one: c is the compliance to
-//! the motor's torque, that of the spring or less.
+//! If motor and link move as one, the torque for the motor's inertia cannot be distinguished from that on the spring: c is the compliance
+//! to the motor's torque, that of the spring or less.
 //!
-//! The polynomial p has what depends on the angle alone: gravity, and encoders that sit out of centre. What remains, the gear's errors
-//! above all, is no white noise but mostly slow: lines weigh by the spectrum of the remainder itself, smoothed over neighbours, as in feasible
-//! generalised least squares.
+//! The polynomial p contains the effects that depend on the angle alone: gravity, and eccentric encoders. The remainder, mostly errors of
+//! the gear, is not white but mostly slow: lines are weighted by the spectrum of the remainder itself, smoothed over neighbours, as in
+//! feasible generalised least squares.
 
 use super::basis::range;
 use super::equations::{Column, Equations, Lines, Solution};
@@ -28,7 +28,7 @@ const OFFSET: usize = 0;
 const COMPLIANCE: usize = 1;
 
 impl Motion<'_> {
-    /// The joint as a stiff one, if an offset of the clocks makes nearly all of its deflection.
+    /// The joint as a stiff one, if an offset of the clocks explains nearly all of its deflection.
     pub fn stiff(&self, modulation: &Modulation) -> Option<StiffJoint> {
         let reflected = Reflected::new(self.link, self.step);
         let velocity = Reflected::new(self.motor, self.step).velocity(self.motor_noise.cut_off());
@@ -71,7 +71,7 @@ impl Motion<'_> {
         })
     }
 
-    /// The share of the deflection's mean square, about its mean, that an offset of the clocks makes.
+    /// The share of the deflection's mean square, about its mean, that an offset of the clocks explains.
     fn share_of_clocks(&self, offset: f64, velocity: &[f64]) -> f64 {
         let n = velocity.len() as f64;
         let deflection = || self.motor.iter().zip(self.link).map(|(m, q)| m - q);
@@ -94,7 +94,7 @@ fn legendre(degree: usize, x: f64) -> f64 {
     (0..degree).fold((0.0, 1.0), recursion).1
 }
 
-/// The least-squares solution whose weights are those of its own remainder.
+/// The least-squares solution with weights from its own remainder.
 fn weighted_by_remainder(columns: &[Column], right: Lines) -> Option<(Solution, Covariance)> {
     let solve = |noise: &[f64]| {
         let equations = Equations {
@@ -111,7 +111,8 @@ fn weighted_by_remainder(columns: &[Column], right: Lines) -> Option<(Solution, 
     (0..NOISE_ROUNDS).try_fold(first, |(last, _), _| solve(&smoothed(&last.residuals[0])))
 }
 
-/// The mean squares of lines, each over its neighbours: the more the higher the frequency, as spectra of mechanical signals are straight over its logarithm.
+/// The mean squares of lines, each averaged over its neighbours. Their number grows with frequency, since spectra of mechanical signals are
+/// smooth over its logarithm.
 fn smoothed(lines: &Lines) -> Vec<f64> {
     let power: Vec<f64> = lines.iter().map(|line| line.norm_sqr()).collect();
     let least = f64::MIN_POSITIVE + 1e-12 * power.iter().sum::<f64>() / power.len() as f64;

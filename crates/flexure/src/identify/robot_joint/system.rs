@@ -1,6 +1,6 @@
 //! Equations of motion with unknown factors and free curves.
 //!
-//! A rigid axis, a flexible joint and an arm differ only in what stands in
+//! A rigid axis, a flexible joint and an arm differ only in the terms of
 //!
 //! $$ \sum_i x_i\, a_{bi}(t) + \sum_k s_{bk}\, f_k(\xi_k(t)) = r_b(t) \qquad\text{for every equation } b: $$
 //!
@@ -20,7 +20,7 @@ use super::layout::Layout;
 use super::limits::DIVISION_ROUNDS;
 use crate::linalg::Complex;
 
-/// What a curve is a function of.
+/// The abscissa of a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum CurveKind {
     /// The elastic torque k(d) d over the deflection d; the splines are those of the stiffness k.
@@ -34,15 +34,15 @@ pub(super) struct Curve<'a> {
     pub kind: CurveKind,
     /// The deflection or velocity at every sample.
     pub x: &'a [f64],
-    /// The sign with which the curve enters each equation; 0 where it does not.
+    /// The sign of the curve in each equation; 0 if it does not occur there.
     pub signs: Vec<f64>,
-    /// The noise of x, where it counts.
+    /// The noise of x, if it matters.
     pub noise: Vec<AbscissaNoise<'a>>,
     /// The smallest distance of x that the data resolve.
     pub resolution: f64,
     /// The numbers of splines to choose from.
     pub division: &'static Division,
-    /// The number of factors that stand before the curve's coefficients among the unknowns.
+    /// The number of factors before the curve's coefficients among the unknowns.
     pub after: usize,
 }
 
@@ -67,7 +67,7 @@ impl<'a> Curve<'a> {
         }
     }
 
-    /// The splines of so many intervals on either side of zero.
+    /// The splines with this number of intervals on either side of zero.
     pub fn splines(&self, modulation: &Modulation, pieces: usize) -> Splines {
         let (basis, columns) = match self.kind {
             CurveKind::Stiffness => {
@@ -87,7 +87,7 @@ impl<'a> Curve<'a> {
         }
     }
 
-    /// The splines beside which forms of the curve are tested: of a division that does not depend on the torques.
+    /// The splines that are added to forms of the curve in their test: with a division that does not depend on the torques.
     pub fn tested(&self, modulation: &Modulation) -> Splines {
         self.splines(modulation, self.division.tested)
     }
@@ -98,8 +98,8 @@ impl<'a> Curve<'a> {
         self.signs.iter().map(|&s| (s != 0.0).then(|| scaled(s))).collect()
     }
 
-    /// What the noise of x adds to the products of functions of x with these slopes, of which `column` is the column; the factors have
-    /// the columns `factors`, or else come first.
+    /// The contributions of the noise of x to the products of functions of x with these slopes; `column` gives their columns. The factors
+    /// have the columns `factors`, or come first by default.
     pub fn noisy(
         &self,
         slopes: impl FnOnce() -> Slopes,
@@ -126,7 +126,7 @@ impl<'a> Curve<'a> {
     }
 }
 
-/// The part of each equation's noise that the encoders make, for given factors.
+/// The encoders' part of each equation's noise, for given factors.
 pub(super) type EncoderNoise<'a> = Box<dyn Fn(&[f64]) -> Vec<Vec<f64>> + Sync + 'a>;
 
 /// Equations of motion.
@@ -145,7 +145,7 @@ pub(super) struct System<'a> {
 pub(super) struct FreeCurves {
     pub splines: Vec<Splines>,
     pub noise: Vec<Vec<f64>>,
-    /// The next finer splines, which show what those in use smooth away.
+    /// The next finer splines, which show the details that those in use smooth away.
     pub finer: Vec<Splines>,
     /// The splines beside which forms are tested.
     pub tested: Vec<Splines>,
@@ -177,7 +177,7 @@ impl<'a> Solved<'a> {
 }
 
 impl<'a> System<'a> {
-    /// Where the unknowns stand for these splines of the curves.
+    /// The order of the unknowns for these splines of the curves.
     pub fn layout(&self, splines: &[impl Borrow<Splines>]) -> Layout {
         let mut layout = Layout::default();
         for (curve, splines) in self.curves.iter().zip(splines) {
@@ -238,7 +238,7 @@ impl<'a> System<'a> {
         residuals.map(|(r, known)| fitted_noise(r, known)).collect()
     }
 
-    /// The noise of each equation, from the residuals as they would be without the unknowns that follow them.
+    /// The noise of each equation, from the residuals, corrected for the unknowns that follow the noise.
     pub fn unbiased_noise_of(&self, solved: &Solved) -> Vec<Vec<f64>> {
         let known = (self.encoder_noise)(&solved.factors());
         let powers = solved.equations.powers(&solved.solution);
@@ -254,7 +254,7 @@ impl<'a> System<'a> {
         self.curves.iter().map(|c| c.tested(self.modulation)).collect()
     }
 
-    /// Curves as fine as all equations together ask for, and the noise that these then turn out to have.
+    /// The curves with the divisions that all equations together determine, and the noise of the equations with these.
     ///
     /// The motor's equation has the noise of its torque; the link's has none, and shows far finer detail of the stiffness.
     pub fn refined(&self, mut splines: Vec<Splines>, mut noise: Vec<Vec<f64>>) -> Option<FreeCurves> {
@@ -275,7 +275,7 @@ impl<'a> System<'a> {
     }
 }
 
-/// A spectrum that starts a search for the noise: low frequencies, where the encoders' noise does no harm, weigh most.
+/// The first spectrum of the search for the noise: low frequencies have the largest weights, since the encoders' noise is small there.
 pub(super) fn low_frequencies(modulation: &Modulation, band: f64) -> Vec<f64> {
     let edge = std::f64::consts::PI * band;
     modulation.omega.iter().map(|w| 1.0 + (w / edge).powi(8)).collect()

@@ -4,22 +4,21 @@
 //! from the record alone:
 //!
 //! 1. the delay, from an equation error with B-splines of the input;
-//! 2. starts of orders 0 to 8: f and G by least squares over B-splines of the input with a common denominator, of whose
-//!    numerators the dominant product is taken (Bai 1998), and, for systems whose f hardly bends, the best linear
-//!    approximation; then g by least squares;
+//! 2. starts of orders 0 to 8: f and G by least squares over B-splines of the input with a common denominator and the dominant product of
+//!    the numerators (Bai 1998); and, for systems whose f hardly bends, the best linear approximation; then g by least squares;
 //! 3. the best of them refined by Levenberg-Marquardt on the simulation error over all parameters of the three blocks, f and g
 //!    cubic splines with breakpoints where they are rough, and kinks on very strong evidence;
 //! 4. pieces of both nonlinearities, poles, numerator coefficients and the delay changed while Schwarz's criterion falls;
 //! 5. a last refinement on all samples.
 //!
-//! The start is exact where the linear part's output is Gaussian (Bussgang's theorem: g is then a gain and noise that is not
-//! correlated with it), as it is nearly where the memory is long. The input need not be white. Under a g that is even about
-//! the mean of what enters it, there is nothing to start from.
+//! The start is exact if the linear part's output is Gaussian (Bussgang's theorem: g is then a gain and noise that is not correlated with
+//! it); this is nearly so for a long memory. The input need not be white. If g is even about the mean of its input, there is nothing to
+//! start from.
 //!
-//! Only the product of the blocks' gains is determined, and where the offsets lie is not. By convention the linear part has unit
-//! static gain (unit peak gain, where the static gain is less than a tenth of that), and the least-squares line through f over
-//! the fit's inputs is the identity: V is in the input's unit, and an f that is a straight line is V = U. Where f has (nearly)
-//! no such line, V has the input's mean and standard deviation.
+//! Only the product of the blocks' gains is determined, but not the places of the offsets. By convention the linear part has unit
+//! static gain (unit peak gain, if the static gain is less than a tenth of that), and the least-squares line through f over the fit's
+//! inputs is the identity: V is in the input's unit, and an f that is a straight line is V = U. If f has (nearly) no such line, V has the
+//! input's mean and standard deviation.
 
 use super::super::block::{
     KinkedSpline, Monitor, Normalised, Prepared, System, Tried, add_errors, hammerstein_branches, tabulated,

@@ -1,9 +1,9 @@
-//! Linear dynamics, of one input or several: how far a linear model gets.
+//! Linear dynamics, of one input or several: how good a linear model can be.
 //!
 //! $$ Y_n = o + \sum_i \frac{B_i(z)}{A(z)} z^{-s_i} U^{(i)}_n + e_n $$
-//! Poles, delays and numerators are those whose free run goes on best through samples that were not fitted; see the module
-//! `output_error`. An output that integrates has poles at 1, and a level of the input at which it would stand still. For a
-//! nonlinear system this is the best linear approximation under this input.
+//! Poles, delays and numerators are those with the best free run on samples that were not fitted; see the module `output_error`. For an
+//! output that integrates, the model has poles at 1, and a level of the input at which the output stands still. For a nonlinear system this
+//! is the best linear approximation under this input.
 
 use super::super::block::{Monitor, Prepared, Scale, Signals};
 use super::super::output_error::{LinearCandidate, LinearSystem, Search, bias, covariance, search};
@@ -100,8 +100,8 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     })
 }
 
-/// What is taken from every input before an integrator: its mean, and of the input with the largest gain the constant that would hold the
-/// output still.
+/// The level that is subtracted from every input before an integrator: its mean; for the input with the largest gain, the constant that
+/// holds the output still.
 fn input_levels(system: &LinearSystem, inputs: &[Scale]) -> Vec<f64> {
     let d = system.orders.integrators;
     let denominator = 1.0 / system.denominator.static_gain();

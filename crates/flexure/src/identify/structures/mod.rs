@@ -1,4 +1,4 @@
-//! The block structures, a file each: where its search starts, and which parts it has; and the list of all structures.
+//! The block structures, one file each, with the starts of its search and its parts; and the list of all structures.
 
 mod delayed_static;
 mod hammerstein_wiener;

@@ -1,13 +1,13 @@
-//! Several inputs, each through a nonlinearity and a linear part of its own.
+//! Several inputs, each through its own nonlinearity and linear part.
 //!
 //! $$ Y_n = o + \sum_i G_i(z) z^{-s_i} f_i(U^{(i)}_n) + e_n $$
 //! from the record alone. The search is that of the [Hammerstein-Wiener](crate::identify::HAMMERSTEIN_WIENER) system without its
-//! last nonlinearity: all inputs at once, from least squares over B-splines of all of them with one common denominator; after
-//! that every branch has poles of its own, which Schwarz's criterion takes away where they are not needed. Neither white nor
-//! independent inputs are needed, only inputs that do not determine one another.
+//! last nonlinearity: all inputs at once, from least squares over B-splines of all of them with one common denominator; then every branch
+//! has its own poles, and Schwarz's criterion removes those that are not needed. The inputs need not be white or independent, but they must
+//! not determine one another.
 //!
-//! By convention every linear part has unit static gain (unit peak gain, where the static gain is less than a tenth of that)
-//! and every nonlinearity zero mean over the fit's inputs; the offset has the rest.
+//! By convention every linear part has unit static gain (unit peak gain, if the static gain is less than a tenth of that) and every
+//! nonlinearity zero mean over the fit's inputs; the offset has the rest.
 
 use super::super::block::{
     Monitor, Normalised, Prepared, SearchResult, System, Tried, add_errors, hammerstein_branches, tabulated,
@@ -81,7 +81,7 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     })
 }
 
-/// What the inputs pass, in the record's units.
+/// The paths of the inputs, in the record's units.
 struct Branches {
     paths: Vec<Path>,
     offset: f64,

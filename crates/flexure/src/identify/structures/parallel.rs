@@ -6,22 +6,21 @@
 //! 1. Hammerstein branches, whose $G_i$ is 1: least squares over all products of B-splines of the input and numerator
 //!    coefficients with a common denominator, of orders 0 to 8; the matrix of those products has the number of branches as
 //!    its rank, and its dominant parts are the branches;
-//! 2. the best of them refined by Levenberg-Marquardt on the simulation error over all parameters of all branches, every
-//!    branch with a denominator of its own;
+//! 2. the best of them refined by Levenberg-Marquardt on the simulation error over all parameters of all branches, every branch with its
+//!    own denominator;
 //! 3. pieces of the nonlinearities, poles and numerator coefficients added and taken away, branch by branch, while Schwarz's
 //!    criterion falls;
 //! 4. Wiener-Hammerstein branches, if the input explains a part of the error of Hammerstein branches: the poles of the best linear
 //!    approximation are assigned to the fronts and the backs of all branches. Assignments start at random, and one pole moves at a
-//!    time while the same kind of least squares gets better; then steps 2 and 3;
+//!    time while the same kind of least squares improves; then steps 2 and 3;
 //! 5. the number of branches, unless it is given, and their form by Schwarz's criterion; a last refinement on all samples.
 //!
-//! Schoukens et al. take the branches' dynamics from linear approximations at several levels of the input. A single
-//! record has one level: here the products' dominant parts take their place.
+//! Schoukens et al. take the branches' dynamics from linear approximations at several levels of the input. A single record has one level:
+//! here the products' dominant parts replace them.
 //!
 //! The record determines only the sum. Scales and delays can move within a branch. Hammerstein branches can be mixed: the sum is the same
 //! with $f = M f'$ and $H' = M^T H$ for any invertible matrix M. Wiener-Hammerstein branches can exchange linear dynamics through a
-//! straight part of a nonlinearity. Branches are comparable with physical ones only where the signals that enter their
-//! nonlinearities differ.
+//! straight part of a nonlinearity. Branches are comparable with physical ones only if the signals that enter their nonlinearities differ.
 
 use super::super::block::{Blocks, Monitor, Prepared, System, Tried, add_errors, delays, find_sum};
 use super::super::samples::Samples;
@@ -70,7 +69,7 @@ pub const ROW: Structure = Structure {
     identify,
 };
 
-/// Why branches are not to be read one by one.
+/// Why single branches must not be interpreted.
 const ONLY_THE_SUM: &str =
     "the record determines the branches' sum; parts of it can be moved from one branch to another";
 
@@ -122,20 +121,20 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     })
 }
 
-/// The delay that functions of the input show, less some slack.
+/// The delay from functions of the input, less some slack.
 fn delay(samples: &Samples<'_>) -> usize {
     let part = samples.fitted.min(DELAY_SAMPLES);
     let prepared = Prepared::new(&[&samples.input()[..part]], &samples.y[..part]);
     delays(&prepared.data).first().copied().unwrap_or(0)
 }
 
-/// What the input passes, in the record's units.
+/// The paths of the input, in the record's units.
 struct Branches {
     paths: Vec<Path>,
     offset: f64,
 }
 
-/// The branches of a sum that was fitted to prepared signals, whose output's mean the first branch has.
+/// The branches of a sum that was fitted to prepared signals; the first branch has the output's mean.
 fn in_units(system: &System, mut prepared: Prepared, request: &Request<'_>) -> Result<Branches> {
     let (mut paths, mut offset) = (Vec::new(), 0.0);
     for branch in &system.branches {
@@ -147,7 +146,7 @@ fn in_units(system: &System, mut prepared: Prepared, request: &Request<'_>) -> R
     Ok(Branches { paths, offset })
 }
 
-/// The blocks with their names. A front that is only a delay makes a Hammerstein branch, and its delay is the back's.
+/// The blocks with their names. If a front is only a delay, the branch is a Hammerstein branch, and the back gets the delay.
 fn named(blocks: Blocks) -> Result<Vec<NamedBlock>> {
     let front = &blocks.front;
     let mut passing = front.b().iter().skip_while(|b| **b == 0.0);

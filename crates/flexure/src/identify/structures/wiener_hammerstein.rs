@@ -3,24 +3,24 @@
 //! $$ W_n = G_1(z) U_n, \qquad Y_n = G_2(z) f(W_n) + e_n $$
 //! from the record alone:
 //!
-//! 1. the delay, as many samples as a difference equation has leading coefficients that are zero together; best linear approximations
+//! 1. the delay: the number of leading coefficients of a difference equation that are zero together; best linear approximations
 //!    of orders 1 to 10, by the output error;
-//! 2. their poles and zeros shared out between $G_1$ and $G_2$ (Sjoberg & Schoukens 2012), every split judged with the best
-//!    coarse nonlinearity for it;
+//! 2. their poles and zeros split between $G_1$ and $G_2$ (Sjoberg & Schoukens 2012), every split judged with the best coarse nonlinearity
+//!    for it;
 //! 3. the best splits refined by Levenberg-Marquardt on the simulation error over all parameters, on more and more samples,
 //!    fewer of them from round to round;
 //! 4. poles, numerator coefficients, the delay and pieces of the nonlinearity, a cubic spline with breakpoints where it is rough,
 //!    added and taken away while Schwarz's criterion falls; kinks, with places of their own, on very strong evidence;
-//! 5. a second instant in every sampling interval, at which the nonlinearity acts too, if Schwarz's criterion asks for it: a
-//!    continuous-time nonlinearity bends the signal between the samples as well;
-//! 6. a last refinement on all samples. Where the error is coloured noise, step 4 once more by errors made white, and
-//!    generalised least squares.
+//! 5. a second instant in every sampling interval, at which the nonlinearity acts too, if that lowers Schwarz's criterion: a
+//!    continuous-time nonlinearity also bends the signal between the samples;
+//! 6. a last refinement on all samples. If the error is coloured noise, step 4 once more with whitened errors, and generalised least
+//!    squares.
 //!
 //! The input need not be white; the step from 1 to 2 is exact for a Gaussian one (Bussgang's theorem), and a good start
 //! for others. A nonlinearity that is even about the intermediate signal's mean leaves no linear approximation to start from.
 //!
 //! Only the product of the blocks' gains and the sum of their delays are determined: both linear blocks are returned with
-//! unit static gain (or unit peak gain, where the static gain is less than a tenth of that).
+//! unit static gain (or unit peak gain, if the static gain is less than a tenth of that).
 
 use super::super::block::{Blocks, FreeParts, Monitor, Tried, add_errors, search, splits, without_start};
 use super::super::warning::Warning;

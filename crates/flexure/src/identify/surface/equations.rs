@@ -7,7 +7,8 @@ use crate::linalg;
 use crate::linear::levenberg_marquardt::{Linearisation, NormalEquations};
 use crate::nonlinearity::{SurfaceAxis, products};
 
-/// The splines' products filtered, the linear part's derivatives and a constant against the output error.
+/// The normal equations of the output error: the columns are the filtered products of splines, the linear part's derivatives and a
+/// constant.
 ///
 /// Columns: the surface's coefficients, the linear part's parameters without the numerator's largest coefficient, which fixes the
 /// scale, and the offset.
@@ -41,7 +42,7 @@ pub(super) fn equations(fit: &Fit, data: &Signals, free: bool) -> NormalEquation
     })
 }
 
-/// The linear part's parameters that are free: all but the numerator's largest.
+/// The linear part's parameters that are free: all except the numerator's largest.
 pub(super) fn free_parameters(linear: &Rational) -> Vec<usize> {
     let largest = (0..linear.b.len()).max_by(|i, j| linear.b[*i].abs().total_cmp(&linear.b[*j].abs()));
     let all = 0..linear.parameters().len();
@@ -79,7 +80,7 @@ fn linearised(fit: &Fit, data: &Signals, free: bool) -> Linearisation {
     }
 }
 
-/// Second differences along every axis: the penalties' matrices and what their pseudo-determinant needs.
+/// Second differences along every axis: the penalties' matrices, and the eigenvalues for their pseudo-determinant.
 pub(super) struct Penalty {
     /// Row-major, one an axis.
     matrices: Vec<Vec<f64>>,
@@ -160,13 +161,13 @@ pub(super) struct Solution {
     /// All unknowns: the surface's coefficients themselves, the change of the others.
     pub unknowns: Vec<f64>,
     pub weights: Vec<f64>,
-    /// The parameters that the surface's coefficients are worth.
+    /// The effective number of parameters of the surface's coefficients.
     pub effective: f64,
 }
 
-/// Minimises $|y - J x|^2 + \sum_a \lambda_a c'S_a c$ for the equations about the coefficients `c`, the penalties
-/// $\lambda_a$ by Fellner & Schall's step towards the largest marginal likelihood (Wood & Fasiolo 2017, eq. (4)), from `weights` on.
-/// `None` if the equations cannot be solved.
+/// Minimises $|y - J x|^2 + \sum_a \lambda_a c'S_a c$ for the equations about the coefficients `c`, where the penalties $\lambda_a$ follow
+/// from `weights` by Fellner & Schall's steps towards the largest marginal likelihood (Wood & Fasiolo 2017, eq. (4)). `None` if the
+/// equations cannot be solved.
 pub(super) fn likeliest(
     equations: &NormalEquations,
     penalty: &Penalty,
@@ -175,7 +176,7 @@ pub(super) fn likeliest(
     samples: usize,
 ) -> Option<Solution> {
     let (n, size) = (equations.descent.len(), penalty.size);
-    // About the origin of the coefficients instead of where they are.
+    // About the origin of the coefficients, not their present values.
     let row = |i: usize| &equations.normal[i * n..i * n + size];
     let product = |i: usize| row(i).iter().zip(c).map(|(a, c)| a * c).sum::<f64>();
     let moved: Vec<f64> = (0..n).map(product).collect();

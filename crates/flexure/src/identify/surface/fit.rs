@@ -17,16 +17,16 @@ pub(super) struct Fit {
     pub linear: Rational,
     pub delay: usize,
     pub offset: f64,
-    /// The penalties' weights, relative to the information that the data have of a coefficient on average.
+    /// The penalties' weights, relative to the mean information of the data about a coefficient.
     pub weights: Vec<f64>,
     /// The sum of squared errors.
     pub squares: f64,
-    /// The parameters that the surface is worth.
+    /// The effective number of parameters of the surface.
     pub effective: f64,
 }
 
 impl Fit {
-    /// A flat surface of this many pieces along every axis, over the range of the inputs. `None` where the inputs have none.
+    /// A flat surface of this many pieces along every axis, over the range of the inputs. `None` if an input is constant.
     pub fn flat(data: &Signals, linear: Rational, delay: usize, pieces: usize) -> Option<Fit> {
         let axis = |u: &Vec<f64>| SurfaceAxis {
             low: u.iter().copied().fold(f64::INFINITY, f64::min),
@@ -64,7 +64,7 @@ impl Fit {
         }
     }
 
-    /// What the surface makes of the inputs.
+    /// The surface's output for the inputs.
     pub fn inner(&self, data: &Signals) -> Vec<f64> {
         let inputs: Vec<&[f64]> = data.u.iter().map(Vec::as_slice).collect();
         self.surface.values(&inputs)
@@ -96,7 +96,7 @@ impl Fit {
     }
 }
 
-/// What the search has found.
+/// The result of the search.
 pub(super) struct SurfaceSearch {
     pub fit: Fit,
     pub tried: Vec<SurfaceCandidate>,
@@ -146,14 +146,14 @@ struct Delayed {
     delay: usize,
 }
 
-/// The linear part from what the surface makes of the inputs to the output.
+/// The linear part from the surface's output to the output.
 fn linear_part(inner: &[f64], y: &[f64], monitor: &mut Monitor<'_>) -> Option<Delayed> {
     let prepared = Prepared::new(&[inner], y).approximated(usize::MAX, monitor);
     let found = restructured(&prepared.data, prepared.best()?, monitor);
     Some(without_leading(found.system, &prepared, monitor))
 }
 
-/// Leading numerator coefficients taken away, for more delay, while Schwarz's criterion falls.
+/// Replaces leading numerator coefficients by delay while Schwarz's criterion falls.
 fn without_leading(start: Rational, prepared: &Prepared, monitor: &mut Monitor<'_>) -> Delayed {
     let mut data = prepared.data.clone();
     let output = start.run(data.input());
@@ -180,7 +180,7 @@ fn without_leading(start: Rational, prepared: &Prepared, monitor: &mut Monitor<'
     best
 }
 
-/// The linear part's structure chosen again for the surface as it is, and both refined; `None` if that leads nowhere.
+/// Chooses the linear part's structure again for the present surface, and refines both; `None` if that fails.
 fn with_structure(fit: &Fit, data: &Signals, monitor: &mut Monitor<'_>) -> Option<Fit> {
     let inner = standardised(&fit.inner(data));
     let Delayed { linear, delay } = linear_part(&inner, &data.y, monitor)?;
@@ -192,7 +192,7 @@ fn with_structure(fit: &Fit, data: &Signals, monitor: &mut Monitor<'_>) -> Optio
     refined(next, data, TRIAL_STEPS, monitor)
 }
 
-/// Other numbers of pieces, while generalised cross-validation's score falls.
+/// Tries other numbers of pieces while generalised cross-validation's score falls.
 fn with_pieces(
     mut best: Fit,
     wanted: &[usize],
@@ -221,7 +221,7 @@ fn with_pieces(
     best
 }
 
-/// The surface fitted through the linear part, then both together; `None` if the first fails.
+/// Fits the surface through the linear part, then both together; `None` if the first fit fails.
 pub(super) fn refined(start: Fit, data: &Signals, steps: usize, monitor: &mut Monitor<'_>) -> Option<Fit> {
     let penalty = Penalty::new(start.surface.axes())?;
     let mut fit = step(&start, &penalty, data, false)?;

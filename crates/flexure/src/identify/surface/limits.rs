@@ -4,22 +4,22 @@
 
 /// Largest degree of the polynomials, for two inputs and for more. Convention: 14 products of two inputs, 19 of three.
 pub(super) const DEGREES: [usize; 2] = [4, 3];
-/// Lags that are looked at together, and samples of the search for lags. They bound the time.
+/// How many lags are tried together, and the samples of the search for lags. They bound the time.
 pub(super) const LAGS_TOGETHER: usize = 3;
 pub(super) const LAG_SAMPLES: usize = 3_000;
 
 // Structure.
 
-/// Samples that structure and pieces are chosen on. They are fewer than for curves: the equations have up to 441 columns.
+/// Samples for the choice of structure and pieces. They are fewer than for curves: the equations have up to 441 columns.
 pub(super) const STRUCTURE_SAMPLES: usize = 15_000;
 /// Pieces along every axis at the start, for two, three and four inputs, and those that are tried after that. Convention: at most 441,
 /// 512 and 625 coefficients.
 pub(super) const FIRST_PIECES: [usize; 3] = [6, 2, 1];
 pub(super) const PIECES: [&[usize]; 3] = [&[4, 9, 13, 18], &[1, 3, 5], &[2]];
-/// The fewest samples for a coefficient. Convention; the penalties hold what these do not determine.
+/// The fewest samples for a coefficient. Convention; the penalties hold coefficients that the samples do not determine.
 pub(super) const SAMPLES_PER_COEFFICIENT: usize = 6;
-/// Numbers of pieces in a row that are tried although the score rises: one less than for curves, as the next number has about twice the
-/// coefficients, whose equations take eight times as long.
+/// How many numbers of pieces in a row are tried although the score rises: one less than for curves, since the next number has about twice
+/// the coefficients, and its equations take eight times as long.
 pub(super) const WORSE_PIECES: usize = 2;
 /// Rounds of linear structure and surface in turn. Convention.
 pub(super) const ROUNDS: usize = 2;
@@ -31,11 +31,11 @@ pub(super) const TRIAL_STEPS: usize = 3;
 pub(super) const LAST_STEPS: usize = 8;
 /// Halvings of a step that does not lower the cost. Convention.
 pub(super) const HALVINGS: usize = 8;
-/// A step that changes the sum of squares by no more than this share is the last. Convention.
+/// A step that changes the sum of squares by at most this share is the last. Convention.
 pub(super) const LEAST_FALL: f64 = 1e-6;
 /// Samples whose columns are in memory at a time.
 pub(super) const SEGMENT: usize = 8192;
-/// A response to what lies before a segment has fallen to this share. Convention.
+/// The effect of samples before a segment has fallen to this share. Convention.
 pub(super) const FORGOTTEN: f64 = 1e-7;
 
 // The penalties.

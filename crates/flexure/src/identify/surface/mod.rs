@@ -4,19 +4,18 @@
 //! the Hammerstein system of Krzyzak & Sasiadek with X of d columns (eq. (21) and theorem 2). From the record alone:
 //!
 //! 1. two starts. One is the paper's: the regression of $Y_{n+s}$ on $X_n$ by a kernel in d columns, at the lag where the output
-//!    depends on the inputs most; consistent where the inputs are white. The other needs no white inputs: least squares over
-//!    low polynomials of all inputs with one common denominator, whose numerators are one polynomial times the polynomials'
-//!    coefficients (Bai 1998).
+//!    depends on the inputs most; it is consistent for white inputs. The other needs no white inputs: least squares over low polynomials of
+//! all inputs with one common denominator, whose numerators are one polynomial times the polynomials' coefficients (Bai 1998).
 //! 2. the linear part from the start's $\varphi$ to the output: order and delay as for one input, by Schwarz's criterion on
 //!    the output error.
 //! 3. $\varphi$ as a tensor product of cubic B-splines with a penalty on second differences along every axis (Eilers & Marx
-//!    2003), estimated through the linear part, whose memory is then not taken for noise; both blocks together by Gauss-Newton steps. The
+//!    2003), estimated through the linear part, so that its memory is not treated as noise; both blocks together by Gauss-Newton steps. The
 //!    penalties maximise the marginal likelihood (Wood & Fasiolo 2017), the number of pieces minimises generalised
 //!    cross-validation.
 //! 4. 2 and 3 again from there, then a last fit on all samples.
 //!
-//! Only the product of the blocks' gains is determined: the linear part has unit static gain (unit peak gain, where the static
-//! gain is less than a tenth of that), and $\varphi$ zero mean over the fit's inputs; the offset has the rest.
+//! Only the product of the blocks' gains is determined: the linear part has unit static gain (unit peak gain, if the static gain is less
+//! than a tenth of that), and $\varphi$ zero mean over the fit's inputs; the offset has the rest.
 
 mod equations;
 mod fit;
@@ -44,7 +43,7 @@ use fit::{Fit, SurfaceSearch};
 pub(super) struct SurfaceCandidate {
     /// Pieces along every axis.
     pub pieces: usize,
-    /// Parameters that they are worth under the likeliest penalty.
+    /// Their effective number of parameters under the likeliest penalty.
     pub effective_parameters: f64,
     /// RMS of the simulation error, relative to the output's standard deviation.
     pub relative_error: f64,
@@ -123,7 +122,7 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     })
 }
 
-/// The surface's pieces, and the parameters that they are worth.
+/// The surface's pieces, and their effective number of parameters.
 fn details(surface: &Surface, effective: f64, tried: &[SurfaceCandidate]) -> Vec<Detail> {
     let pieces: Vec<String> = surface.axes().iter().map(|a| a.pieces.to_string()).collect();
     let why = "smallest generalised cross-validation score; the penalty on its bending, one for every input, maximises the marginal likelihood";

@@ -1,4 +1,4 @@
-//! What the surface makes of the inputs, roughly: where the search starts.
+//! Rough estimates of the surface's output: the starts of the search.
 
 use super::super::block::{
     EquationError, Judged, LARGEST_START_ORDER, Monitor, PRODUCT_PASSES, START_SAMPLES, Signals, delayed,

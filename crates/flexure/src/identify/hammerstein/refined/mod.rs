@@ -285,7 +285,7 @@ fn parameters(linear: &LinearBlock, breakpoints: usize) -> usize {
     linear.order() + numerator + breakpoints + 3
 }
 
-/// The plain estimate's warnings that also hold for the refined one, except for an input that is not white.
+/// The plain estimate's warnings that also hold for the refined one, and a warning about an input that is not white.
 fn warnings(all: &Experiments, plain: &Identification) -> Vec<Warning> {
     let kept = |w: &&Warning| matches!(w, Warning::FewLevels { .. } | Warning::NoDependence { .. });
     let mut warnings: Vec<Warning> = plain.warnings.iter().filter(kept).cloned().collect();

@@ -24,13 +24,13 @@ pub(super) const CONSTANTS: usize = 3;
 
 /// The two links' motion in their equations.
 pub(super) struct Links {
-    /// Minus what belongs to the shoulder's, the elbow's and the coupling constant in the equations of link 1 and link 2.
+    /// Minus the terms of the shoulder's, the elbow's and the coupling constant in the equations of link 1 and link 2.
     pub constants: [Column; CONSTANTS],
     /// Minus the acceleration of motor 2 in its bearing, which acts on link 1.
     pub rotor: Lines,
     /// The encoders' noise in the accelerations of link 1 and 2 and of motor 2.
     encoder: [Vec<f64>; 3],
-    /// That of link 1 and 2 in the product of an acceleration and the rate of a smoothed velocity, and in the square of the latter.
+    /// The noise of link 1 and 2 in the product of an acceleration and the rate of a smoothed velocity, and in the square of this rate.
     smoothed: [Vec<f64>; 2],
     smoother: [Vec<f64>; 2],
     /// The means of cos q2 and of its square.
@@ -38,8 +38,7 @@ pub(super) struct Links {
 }
 
 impl Links {
-    /// From the angles of the links and of motor 2, with what is known of their noise, and the links' velocities, smoothed with the
-    /// angles' cut-offs.
+    /// From the angles of the links and of motor 2, their noise, and the links' velocities, smoothed with the angles' cut-offs.
     pub fn new(modulation: &Modulation, q: [&[f64]; 2], v: [&[f64]; 2], motor: &[f64], noise: [Noise; 3]) -> Links {
         let n = q[0].len();
         let cut_off = [0, 1].map(|i| noise[i].cut_off());
@@ -75,7 +74,7 @@ impl Links {
         }
     }
 
-    /// What the encoders' noise adds to each line of each equation.
+    /// The contribution of the encoders' noise to each line of each equation.
     pub fn known(&self, constants: &[f64], rotor: f64) -> [Vec<f64>; 2] {
         let [shoulder, elbow, coupling] = [0, 1, 2].map(|i| constants[i]);
         // The mean square of a + b cos q2.
@@ -90,11 +89,11 @@ impl Links {
         })
     }
 
-    /// The noise of the columns of the constants, from `from` on, and of rotor 2 if that is an unknown, where the links' equations
-    /// are the blocks `first` and the next one.
+    /// The noise of the columns of the constants, from `from` on, and of rotor 2 if that is an unknown. The links' equations are the blocks
+    /// `first` and the next one.
     pub fn noisy(&self, from: usize, first: usize, rotor: Option<usize>) -> Vec<Noisy<'_>> {
         let [link_1, link_2, motor_2] = &self.encoder;
-        // Of the coupling's column the velocities are smoothed.
+        // The coupling's column has smoothed velocities.
         let [smooth_1, smooth_2] = &self.smoothed;
         let [smoother_1, smoother_2] = &self.smoother;
         let [cosine, square] = self.cosine;
@@ -121,7 +120,7 @@ impl Links {
         links.into_iter().chain(carried).collect()
     }
 
-    /// The links' equations alone, under elastic torques that are known and with a known inertia of motor 2.
+    /// The links' equations alone, with known elastic torques and a known inertia of motor 2.
     pub fn system<'a>(&'a self, joints: &'a [JointSignals; 2], kappa: [&[Complex<f64>]; 2], rotor: f64) -> System<'a> {
         let on_first = kappa[0].iter().zip(&self.rotor).map(|(k, a)| -(k + a * rotor));
         System {

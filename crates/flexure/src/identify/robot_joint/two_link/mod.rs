@@ -1,11 +1,11 @@
 //! A two-link arm as a whole: both joints excited, the links coupled.
 //!
-//! The motors' equations, with the rotor of the elbow riding on link 1 as (8)-(9) have it,
+//! The motors' equations, with the elbow's rotor carried by link 1 as in (8)-(9),
 //!
 //! $$ \tau_1 = J_{m1} \ddot q_{m1} + \kappa_1(d_1), \qquad \tau_2 = J_{m2} (\ddot q_{m2} + \ddot q_1) + \kappa_2(d_2), $$
 //!
-//! stand beside those of the links ([`links`]). All four are linear in the two motor inertias and the three constants of
-//! the links, and free in the two stiffness and the two friction curves.
+//! are solved together with those of the links ([`links`]). All four are linear in the two motor inertias and the three constants of the
+//! links; the two stiffness and the two friction curves are free.
 
 mod links;
 mod outcome;
@@ -53,21 +53,21 @@ pub struct TwoLinkLog<'a> {
 /// A two-link arm: `M(q) q'' + S qm'' + C(q, q') q' + f(q') = kappa(d)`, `S^T q'' + Jm qm'' + kappa(d) = tau`.
 ///
 /// A motion determines the three constants of [`LinkDynamics`](crate::manipulator::LinkDynamics);
-/// masses, lengths and centres of mass cannot be determined by themselves.
+/// masses, lengths and centres of mass cannot be determined separately.
 #[derive(Debug, Clone)]
 pub struct TwoLinkArm {
-    /// `m1 lc1^2 + m2 (l1^2 + lc2^2) + I1 + I2`, beside the free curves.
+    /// `m1 lc1^2 + m2 (l1^2 + lc2^2) + I1 + I2`, from the fit with the free curves.
     pub shoulder: Estimated,
     /// `m2 lc2^2 + I2`.
     pub elbow: Estimated,
     /// `m2 l1 lc2`.
     pub coupling: Estimated,
-    /// Shoulder, elbow and coupling beside the forms that an arm can have.
+    /// Shoulder, elbow and coupling from the fit with the forms that an arm can have.
     pub model: [Estimated; 3],
-    /// The motors' inertias beside these forms.
+    /// The motors' inertias from the fit with these forms.
     pub model_motors: [Estimated; 2],
-    /// The joints. Their link inertia is the diagonal of M with the arm stretched, `q2 = 0`; the forms of friction are fitted
-    /// with the other joint's friction as its free curve has it.
+    /// The joints. Their link inertia is the diagonal of M with the arm stretched, `q2 = 0`; the forms of friction are fitted while the
+    /// other joint's friction is a free curve.
     pub joints: [FlexibleAxis; 2],
 }
 
@@ -79,7 +79,7 @@ mod factor {
     pub const SHOULDER: usize = 2;
     pub const ELBOW: usize = 3;
     pub const COUPLING: usize = 4;
-    /// Where the constants of the links begin.
+    /// The first constant of the links.
     pub const LINKS: usize = SHOULDER;
     /// All of them.
     pub const COUNT: usize = 5;
@@ -125,7 +125,7 @@ impl TwoLinkLog<'_> {
     /// Identifies the arm.
     ///
     /// # Errors
-    /// As [`super::RigidJoint::identify`], and [`Error::Data`]: `RigidJointInArm` where a joint shows no deflection.
+    /// As [`super::RigidJoint::identify`], and [`Error::Data`]: `RigidJointInArm` if a joint shows no deflection.
     pub fn identify(&self) -> Result<TwoLinkArm> {
         self.check()?;
         let motion = |i: usize| Motion::new(self.motor[i], self.link[i], self.torque[i], self.sample_time);
@@ -220,7 +220,8 @@ impl<'a> ArmSignals<'a> {
         let [motor, link] = signals.variances;
         let rotor = signals.shared_noise(factor::MOTORS[joint], on_motor, -motor);
         let carried = signals.shared_noise(factor::LINKS + joint, on_link, -link);
-        // The acceleration of link 1 is in the equation of link 1 twice, that of link 2 in its own with the elbow's constant alone.
+        // The equation of link 1 has the acceleration of link 1 twice; the equation of link 2 has that of link 2 with the elbow's constant
+        // alone.
         let coupled = (joint == 0).then(|| {
             let covariance = -2.0 * self.links.cosine[0] * link;
             signals.shared_noise(factor::COUPLING, on_link, covariance)

@@ -7,11 +7,11 @@ use super::super::normal::Part;
 use super::super::outcome::{FlexibleAxis, JointModel};
 use super::{ArmSignals, TwoLinkArm, curve, factor};
 
-/// The torques that inertias take at every sample, of each joint.
+/// The torques for the inertias at every sample, for each joint.
 struct InertialTorques {
-    /// Of the motors.
+    /// The torques of the motors' inertias.
     rotors: [Vec<f64>; 2],
-    /// Of the elastic torques on the links.
+    /// The elastic torques on the links.
     links: [Vec<f64>; 2],
 }
 

@@ -1,12 +1,11 @@
-//! Impulse responses of the linear block from conditional moments of the input, no linear correlation needed.
+//! Impulse responses of the linear block from conditional moments of the input, without linear correlation.
 //!
-//! For a Gaussian input with covariance R, $x_n = (u_n, \dots, u_{n-m})$ and $w_n = h^T x_n$, everything that the output
-//! says about $x_n$ it says about $w_n$; with a weight $T(y)$,
+//! For a Gaussian input with covariance R, $x_n = (u_n, \dots, u_{n-m})$ and $w_n = h^T x_n$, all information of the output about $x_n$ is
+//! about $w_n$; with a weight $T(y)$,
 //! $$ E\, T(Y_n)\,(x_n x_n^T - R) = c\, R h\, h^T R, \qquad E(x_n \mid Y_n) = g(Y_n)\, R h. $$
-//! Both matrices have rank one, and h is their dominant eigenvector relative to R. The first are Li's (1992) principal
-//! Hessian directions, which see even nonlinearities; the second is Greblicki's (1992) inverse regression at all lags at
-//! once, or sliced inverse regression (Li 1991), which is robust against heavy tails. Other inputs than Gaussian ones give
-//! starts that are not exact.
+//! Both matrices have rank one, and h is their dominant eigenvector relative to R. The first gives Li's (1992) principal Hessian
+//! directions, which also work for even nonlinearities. The second is Greblicki's (1992) inverse regression at all lags at once, or sliced
+//! inverse regression (Li 1991), which is robust against heavy tails. For inputs that are not Gaussian, the starts are not exact.
 
 use super::super::limits::{ROWS_TOGETHER, SLICES, WHITENING_RIDGE};
 use crate::linalg;

@@ -5,20 +5,20 @@
 //!
 //! 1. best linear approximations of orders 1 to 10; for a Gaussian input they are G up to scale (Bussgang's theorem);
 //! 2. impulse responses from conditional moments of the input: the dominant directions of its covariance weighted by the output
-//!    and by the output's square (Li 1992), and of its mean given the output (Greblicki 1992; Li 1991). The best of them, if it
-//!    does better than the linear approximations, is refined as a finite impulse response, then imitated by rational blocks;
+//!    and by the output's square (Li 1992), and of its mean given the output (Greblicki 1992; Li 1991). The best of them, if it is better than
+//! the linear approximations, is refined as a finite impulse response, then imitated by rational blocks;
 //! 3. the best starts refined by Levenberg-Marquardt on the simulation error over all parameters of both blocks, f a cubic spline
 //!    with breakpoints where it is rough;
 //! 4. poles, numerator coefficients and pieces added and taken away while Schwarz's criterion falls; kinks, with places of their
 //!    own, on very strong evidence;
-//! 5. a last refinement on all samples; step 4 once more by errors made white, and generalised least squares, where the error is
-//!    coloured noise.
+//! 5. a last refinement on all samples; step 4 once more with whitened errors, and generalised least squares, if the error is coloured
+//!    noise.
 //!
 //! Steps 3 to 5 are those of the [Wiener-Hammerstein system](crate::identify::WIENER_HAMMERSTEIN); the input need be neither white nor
 //! Gaussian. Steps 1 and 2 are exact for Gaussian inputs of any colour and good starts for others.
 //!
-//! The linear block is returned with unit static gain (or unit peak gain, where the static gain is less than a tenth of that);
-//! the nonlinearity has the rest. Under an even f even the linear block's sign is a convention.
+//! The linear block is returned with unit static gain (or unit peak gain, if the static gain is less than a tenth of that); the
+//! nonlinearity has the rest. If f is even, the linear block's sign is a convention too.
 
 mod directions;
 mod starts;
@@ -32,12 +32,12 @@ use crate::identify::result::{Identification, LinearBlock, NamedBlock, Structure
 use crate::identify::run::{Run, path, start_details};
 use starts::{WienerStarts, delay_of_any_dependence, starts};
 
-/// What the search for a Wiener system started from.
+/// The start of the search for a Wiener system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum WienerStart {
     /// The best linear approximations.
     LinearApproximation,
-    /// Higher moments, which did better than the best linear approximations.
+    /// Higher moments; they were better than the best linear approximations.
     HigherMoments,
 }
 

@@ -1,5 +1,4 @@
-//! Wiener systems to start from: the linear approximations, and rational blocks that imitate an impulse response found
-//! from higher moments.
+//! Starts for Wiener systems: the linear approximations, and rational blocks that imitate an impulse response from higher moments.
 
 use super::super::super::block::{
     Candidate, LARGEST_ORDER, LONGEST_DELAY, Monitor, Prepared, Rational, START_SAMPLES, Scale, Signals, Stage,
@@ -19,14 +18,14 @@ pub(super) fn delay_of_any_dependence(u: &[f64], y: &[f64]) -> usize {
     first.unwrap_or(0).saturating_sub(DELAY_SLACK)
 }
 
-/// What a search starts from.
+/// The starts of a search.
 pub(super) struct WienerStarts {
     pub candidates: Vec<Candidate>,
-    /// What the best of them before any refinement came from.
+    /// The source of the best one before refinement.
     pub from: WienerStart,
 }
 
-/// Candidates, and what the best of them before any refinement came from.
+/// Candidates, and the source of the best one before refinement.
 pub(super) fn starts(prepared: &Prepared, monitor: &mut Monitor<'_>) -> WienerStarts {
     monitor.stage = Stage::Correlation;
     let few = prepared.data.head(START_SAMPLES);
@@ -63,7 +62,7 @@ fn from_moments(data: &Signals, few: &Signals, monitor: &mut Monitor<'_>) -> Opt
     judged.min_by(|a, b| a.squares.total_cmp(&b.squares))
 }
 
-/// Rational blocks that imitate the finite impulse response, once that is refined.
+/// Rational blocks that imitate the refined finite impulse response.
 fn rational(response: Candidate, few: &Signals, monitor: &mut Monitor<'_>) -> Vec<Candidate> {
     let response = response.fitted(few, IMPULSE_RESPONSE, monitor);
     let w = response.system.branches[0].front.run(few.input());
