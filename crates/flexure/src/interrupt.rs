@@ -116,7 +116,7 @@ impl Interrupt {
         }
     }
 
-    /// A loop over so many jobs begins.
+    /// Begins a loop over `all` jobs.
     fn begin(&self, all: u64) {
         let [done, of] = &self.0.progress;
         done.store(0, Ordering::Relaxed);
@@ -213,7 +213,7 @@ fn outermost() -> Option<Interrupt> {
 pub(crate) struct Counted(Option<Interrupt>);
 
 impl Counted {
-    /// A loop over so many jobs begins.
+    /// Begins a loop over `all` jobs.
     pub(crate) fn new(all: usize) -> Self {
         let watching = outermost();
         if let Some(watching) = &watching {

@@ -2,8 +2,8 @@
 //!
 //! Hammerstein is `Series[Static, Linear]`, Wiener `Series[Linear, Static]`, Wiener-Hammerstein
 //! `Series[Linear, Static, Linear]`, a sum of them `Parallel[Series[..], ..]`, a Hammerstein model of several inputs
-//! `Inputs[Series[..], ..]`, or `Series[Surface, Linear]` where they act jointly: values of one type, so that simulating, saving
-//! and exporting is one walk over it. The references without blocks are blocks themselves.
+//! `Inputs[Series[..], ..]`, or `Series[Surface, Linear]` where they act jointly: all are values of one type, so simulating, saving and
+//! exporting are each one walk over it. The references without blocks are blocks themselves.
 
 mod feedback;
 mod narx;
@@ -35,7 +35,7 @@ pub enum Block {
     Series(Vec<Block>),
     /// Blocks that share their input and whose outputs add up.
     Parallel(Vec<Block>),
-    /// One block an input, whose outputs add up.
+    /// One block for each input; their outputs add up.
     Inputs(Vec<Block>),
     /// A number that is added.
     Offset(f64),
@@ -50,7 +50,7 @@ pub enum Block {
 }
 
 impl Block {
-    /// The free-run response to `input`, one value a sample; where there are several inputs, each is this one.
+    /// The free-run response to `input`, one value a sample; a model with several inputs gets this one for each.
     ///
     /// Every linear block starts in the steady state that belongs to the mean of its input.
     pub fn simulate(&self, input: &[f64]) -> Vec<f64> {
@@ -109,13 +109,12 @@ impl Block {
         }
     }
 
-    /// The response to inputs of one length, the last of which stands for those that are missing.
+    /// The response to inputs of one length; the last one stands for missing ones.
     pub(crate) fn run(&self, inputs: &[&[f64]]) -> Vec<f64> {
         self.walk(inputs, &mut Block::respond)
     }
 
-    /// The response to `inputs`; `report` is called with every block that has none inside, in the order in which they stand, and with
-    /// its output.
+    /// The response to `inputs`; `report` is called with every block that contains no other block, in order, and with its output.
     pub(crate) fn visit(&self, inputs: &[&[f64]], report: &mut impl FnMut(&Block, &[f64])) -> Vec<f64> {
         self.walk(inputs, &mut |block, entering| {
             let output = block.respond(entering);
@@ -124,7 +123,7 @@ impl Block {
         })
     }
 
-    /// What enters every linear block on average over a free run under `inputs`, in the order in which the blocks stand.
+    /// The mean input of every linear block over a free run under `inputs`, in the order of the blocks.
     pub(crate) fn levels(&self, inputs: &[&[f64]], levels: &mut Vec<f64>) -> Vec<f64> {
         self.walk(inputs, &mut |block, entering| {
             if let Block::Linear(_) | Block::Feedback(_) = block {
@@ -135,8 +134,8 @@ impl Block {
         })
     }
 
-    /// The response to `inputs` where every linear block starts in the steady state that belongs to its level, plus its
-    /// states ([`TransferFunction::simulate_from`]); both in the order in which the blocks stand.
+    /// The response to `inputs` if every linear block starts in the steady state for its level, plus its states
+    /// ([`TransferFunction::simulate_from`]); both lists have the order of the blocks.
     pub(crate) fn simulate_from(&self, inputs: &[&[f64]], levels: &mut &[f64], states: &mut &[f64]) -> Vec<f64> {
         self.walk(inputs, &mut |block, entering| match block {
             Block::Linear(_) | Block::Feedback(_) => {
@@ -153,7 +152,7 @@ impl Block {
         })
     }
 
-    /// The response where `respond` gives that of every block without others inside.
+    /// The response; `respond` gives that of every block that contains no other block.
     fn walk(&self, inputs: &[&[f64]], respond: &mut impl FnMut(&Block, &[&[f64]]) -> Vec<f64>) -> Vec<f64> {
         let samples = first(inputs).len();
         match self {
@@ -173,7 +172,7 @@ impl Block {
         }
     }
 
-    /// The response of a block without others inside.
+    /// The response of a block that contains no other block.
     fn respond(&self, inputs: &[&[f64]]) -> Vec<f64> {
         let input = first(inputs);
         match self {
@@ -203,8 +202,8 @@ impl Block {
         }
     }
 
-    /// The samples after which the response no longer depends on the state at the start, to `share`
-    /// of its size: the longest cascade's sum of its linear blocks' settling times.
+    /// The samples after which the response depends on the initial state only by `share` of its size: the longest cascade's sum of its
+    /// linear blocks' settling times.
     pub fn settling(&self, share: f64) -> usize {
         match self {
             Block::Static(_) | Block::Offset(_) | Block::Surface(_) => 0,
@@ -224,7 +223,7 @@ fn first<'a>(inputs: &[&'a [f64]]) -> &'a [f64] {
     inputs.first().copied().unwrap_or_default()
 }
 
-/// The input of this index, the last one standing for those that are missing.
+/// The input of this index; the last one stands for missing ones.
 fn nth<'a>(inputs: &[&'a [f64]], i: usize) -> &'a [f64] {
     inputs.get(i).or(inputs.last()).copied().unwrap_or_default()
 }

@@ -7,8 +7,8 @@ const LARGEST: usize = 30;
 /// Samples for each coefficient of an autoregression that whitens a fit's errors. Convention.
 pub(crate) const SAMPLES_PER_COEFFICIENT: usize = 50;
 
-/// The whitening polynomial 1 + r_1 z^-1 + ... of Schwarz's order (Levinson 1947), for a zero-mean signal; at least
-/// so many samples for each coefficient.
+/// The whitening polynomial 1 + r_1 z^-1 + ... of Schwarz's order (Levinson 1947), for a zero-mean signal, with at least
+/// `samples_per_coefficient` samples for each coefficient.
 pub(crate) fn whitening(e: &[f64], samples_per_coefficient: usize) -> Vec<f64> {
     let n = e.len();
     let largest = LARGEST.min(n / samples_per_coefficient);

@@ -1,10 +1,9 @@
-//! The best linear approximation of a system under periodic excitation, with what noise and nonlinearity do to it.
+//! The best linear approximation of a system under periodic excitation, with the effects of noise and nonlinearity.
 //!
 //! The robust method (Pintelon & Schoukens 2012, section 4.3.1): of M realisations of a random-phase multisine (or of
-//! other periodic signals with random phases and one amplitude spectrum), P periods each are measured in the steady state. From
-//! period to period only noise differs; from realisation to realisation the stochastic nonlinear distortion does so too, the part of a
-//! nonlinear system's output that is not linear in the input. With $\hat G^{[m]} = \bar Y^{[m]} / \bar U^{[m]}$ of the spectra
-//! averaged over the periods,
+//! other periodic signals with random phases and one amplitude spectrum), P periods each are measured in the steady state. Between periods
+//! only noise differs. Between realisations the stochastic nonlinear distortion differs too: the part of a nonlinear system's output that
+//! is not linear in the input. With $\hat G^{[m]} = \bar Y^{[m]} / \bar U^{[m]}$ of the spectra averaged over the periods,
 //! $$ \hat G = \frac1M \sum_m \hat G^{[m]}, \qquad \hat\sigma^2_\text{total} = \frac{1}{M (M - 1)} \sum_m |\hat G^{[m]} - \hat G|^2, \qquad
 //!    \hat\sigma^2_\text{noise} = \frac{1}{M^2} \sum_m \hat\sigma^2_{\text{noise}, m}, $$
 //! $$ \hat\sigma^2_\text{distortion} = M (\hat\sigma^2_\text{total} - \hat\sigma^2_\text{noise}), $$
@@ -18,12 +17,12 @@ use crate::error::{Error, Result};
 
 /// Lines with less than this share of the strongest line's power are not excited.
 const EXCITED: f64 = 1e-6;
-/// The mean square difference of a signal and itself a period later, relative to its variance, up to which it repeats itself.
+/// A signal repeats itself if the mean square difference to itself a period later is at most this share of its variance.
 const REPEATED: f64 = 2e-3;
-/// Places at which periods are first looked at.
+/// The number of places for a first, rough test of a period.
 const PLACES: usize = 200;
 
-/// A frequency response with the levels of noise and nonlinear distortion, one entry an excited line.
+/// A frequency response with the levels of noise and nonlinear distortion, one entry for each excited line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BestLinearApproximation {
     /// Cycles a sample, increasing, above 0.
@@ -34,8 +33,8 @@ pub struct BestLinearApproximation {
     pub noise: Vec<f64>,
     /// Standard deviation of the response's estimate by noise and distortion together; empty with a single realisation.
     pub total: Vec<f64>,
-    /// Standard deviation of the distortion in a single realisation, as a response; zero where the noise hides it, empty where
-    /// `noise` or `total` is.
+    /// Standard deviation of the distortion in a single realisation, as a response; zero where the noise hides it, empty if `noise` or
+    /// `total` is empty.
     pub distortion: Vec<f64>,
     /// The number of realisations M.
     pub realisations: usize,
@@ -127,10 +126,10 @@ impl BestLinearApproximation {
     }
 }
 
-/// The period of a signal that repeats itself, in samples: the shortest of those that it repeats at least once whole; `None` if it
-/// does not, or is constant.
+/// The period in samples of a signal that repeats itself: the shortest one of which the signal has at least two whole periods. `None` if it
+/// does not repeat itself, or is constant.
 ///
-/// Exactly, or up to noise with a thousandth of its variance.
+/// The repetition may be exact, or up to noise with a thousandth of its variance.
 ///
 /// ```
 /// let period: Vec<f64> = (0..50).map(|n| f64::from(n * n % 50)).collect();
@@ -143,7 +142,7 @@ pub fn period_of(signal: &[f64]) -> Option<usize> {
     if !(power > 0.0 && power.is_finite()) {
         return None;
     }
-    // Over the whole record, or at a few places: enough to sort most periods out.
+    // Over the whole record, or at a few places: this is enough to reject most periods.
     let difference = |period: usize, stride: usize| {
         let pairs = (0..n - period).step_by(stride).map(|k| signal[k + period] - signal[k]);
         let (sum, count) = pairs.fold((0.0, 0.0), |(sum, count), d| (sum + d * d, count + 1.0));
@@ -154,7 +153,7 @@ pub fn period_of(signal: &[f64]) -> Option<usize> {
     for period in 2..=n / 2 {
         let rough = difference(period, coarse);
         apart = apart.max(rough);
-        // A slow signal differs little from itself a few samples later; then it has not been far from itself in between.
+        // A slow signal also differs little from itself a few samples later; but then it does not differ more in between.
         let repeats = rough <= 4.0 * REPEATED && apart > 0.5;
         let exact = if repeats { difference(period, 1) } else { f64::INFINITY };
         match best {
@@ -187,7 +186,7 @@ fn check(m: usize, u: &[f64], y: &[f64]) -> Result<()> {
     Ok(())
 }
 
-/// The spectra of one realisation, averaged over its periods, and how the periods differ.
+/// The spectra of one realisation, averaged over its periods, with the variances over the periods.
 struct Averaged {
     input: Vec<Complex<f64>>,
     output: Vec<Complex<f64>>,

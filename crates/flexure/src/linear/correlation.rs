@@ -52,7 +52,7 @@ fn fill(buffer: &mut [f64], values: &[f64], mean: f64) {
     tail.fill(0.0);
 }
 
-/// The arithmetic mean; 0 of nothing.
+/// The arithmetic mean; 0 without values.
 pub(crate) fn mean(values: &[f64]) -> f64 {
     if values.is_empty() {
         0.0
@@ -61,13 +61,13 @@ pub(crate) fn mean(values: &[f64]) -> f64 {
     }
 }
 
-/// The mean of values that may have weights; NaN of nothing.
+/// The mean of values that may have weights; NaN without values.
 pub(crate) fn weighted_mean(values: &[f64], weights: Option<&[f64]>) -> f64 {
     let about = |c: f64| match weights {
         None => values.iter().map(|y| y - c).sum::<f64>() / values.len() as f64,
         Some(w) => values.iter().zip(w).map(|(y, w)| w * (y - c)).sum::<f64>() / w.iter().sum::<f64>(),
     };
-    // The second pass removes the rounding of the first where the offset is large.
+    // For a large offset, the second pass removes the rounding error of the first.
     let start = values.first().copied().unwrap_or(f64::NAN);
     let first = about(start) + start;
     first + about(first)

@@ -4,7 +4,7 @@
 use crate::interrupt;
 use crate::linalg;
 
-/// A step that lowers the sum of squares by no more than this share is the last: near what rounding resolves.
+/// A step that lowers the sum of squares by at most this share is the last: this is near the effect of rounding.
 const TOLERANCE: f64 = 1e-12;
 /// The damping of the first step, relative to the diagonal of J'J (Nielsen 1999).
 const FIRST_DAMPING: f64 = 1e-3;
@@ -49,7 +49,7 @@ pub(crate) struct NormalEquations {
 }
 
 impl NormalEquations {
-    /// The equations of the other parameters while this one stays as it is.
+    /// The equations of the other parameters while this one is fixed.
     pub fn without(&self, fixed: usize) -> NormalEquations {
         let n = self.descent.len();
         let kept = || (0..n).filter(|&i| i != fixed);
@@ -71,8 +71,8 @@ pub(crate) struct Minimum {
 
 /// Minimises the sum of squares of the residuals from `start`.
 ///
-/// `evaluate` returns `None` where the parameters are not admissible (an unstable system, say); such a
-/// step is shortened. `None` if `start` is not admissible.
+/// `evaluate` returns `None` if the parameters are not admissible (for example an unstable system); such a step is shortened. `None` if
+/// `start` is not admissible.
 pub(crate) fn minimise(
     start: Vec<f64>,
     iterations: usize,
@@ -122,7 +122,7 @@ pub(crate) fn minimise_squares(
     })
 }
 
-/// A step and the fall of the sum of squares that it promises.
+/// A step and the predicted decrease of the sum of squares.
 pub(crate) struct Step {
     pub change: Vec<f64>,
     pub predicted: f64,

@@ -9,20 +9,20 @@ use crate::error::{Error, Result};
 use crate::linalg::{self, Complex};
 use crate::parallel;
 
-/// A sum of coefficients that is no larger than this share of their sizes is zero: no more than rounding is left of it.
+/// A sum of coefficients is zero if it is at most this share of their sizes: only rounding is left.
 const ROUNDING: f64 = 1e-14;
 /// Longest impulse response that [`TransferFunction::settling`] looks at, in samples.
 const LONGEST_SETTLING: usize = 100_000;
-/// The share of the response to older samples that may be left where a piece begins: less than rounding.
+/// The share of the response to older samples that may remain at the start of a piece: less than rounding.
 const SETTLED: f64 = 1e-18;
-/// The shortest piece, in samples, and that in settling times, so that what is simulated twice is small beside it: convention.
+/// The shortest piece, in samples and in settling times, so that the part simulated twice is comparatively short: convention.
 const SHORTEST_PIECE: usize = 1 << 15;
 const LEAST_OF_SETTLING: usize = 8;
 
 /// A piece of a signal that is simulated by itself.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Piece {
-    /// Where its simulation begins, from rest.
+    /// The sample where its simulation begins, from rest.
     pub begin: usize,
     /// The samples that are wanted.
     pub from: usize,
@@ -115,7 +115,7 @@ impl TransferFunction {
         self.simulate_from(input, mean, &vec![0.0; self.states()])
     }
 
-    /// The samples by which it delays: the leading zeros of its numerator.
+    /// Its delay in samples: the number of leading zeros of its numerator.
     pub fn delay(&self) -> usize {
         self.b.iter().take_while(|b| **b == 0.0).count()
     }
@@ -126,7 +126,7 @@ impl TransferFunction {
     }
 
     /// The response to `input` from the steady state that belongs to a constant input `level`, plus `state`: the states s of the
-    /// transposed direct form II, y_n = b_0 u_n + s_1, of which those missing are zero.
+    /// transposed direct form II, y_n = b_0 u_n + s_1. Missing states are zero.
     ///
     /// A system without a steady state (a pole at 1) takes `level` for zero.
     pub fn simulate_from(&self, input: &[f64], level: f64, state: &[f64]) -> Vec<f64> {
@@ -157,8 +157,8 @@ impl TransferFunction {
     }
 
     /// Pieces of a signal of `n` samples that can be simulated in parallel. The simulation of a piece begins before its first wanted
-    /// sample, so early that the response to older samples has decayed below rounding, also through two such systems in series. A
-    /// short signal, and a system that settles slowly or not at all, have one piece.
+    /// sample, early enough for the response to older samples to decay below rounding, even through two such systems in series. There is
+    /// only one piece for a short signal, and for a system that settles slowly or not at all.
     pub(crate) fn pieces(&self, n: usize) -> Vec<Piece> {
         let whole = || {
             vec![Piece {
@@ -170,7 +170,7 @@ impl TransferFunction {
         if n < 2 * SHORTEST_PIECE {
             return whole();
         }
-        // The slowest pole decides; twice in the response to the response.
+        // The slowest pole decides; the response to the response has it twice.
         let settling = 2 * self.settling(SETTLED);
         let length = SHORTEST_PIECE.max(LEAST_OF_SETTLING * settling);
         if settling >= 2 * LONGEST_SETTLING || n < 2 * length {
@@ -275,7 +275,7 @@ impl TransferFunction {
                 tail > share * total
             });
             match cut {
-                // Settled well within what was looked at.
+                // It has settled well within the computed part.
                 Some(i) if 2 * i < length => return i + 1,
                 None => return 0,
                 _ if length >= LONGEST_SETTLING || !total.is_finite() => return LONGEST_SETTLING,
@@ -345,7 +345,7 @@ mod tests {
     #[test]
     fn poles_of_integrators_are_exact() {
         let one = Complex::new(1.0, 0.0);
-        // The poles beside the integrators, and those integrators.
+        // The poles in addition to the integrators, and these integrators.
         for (others, integrators, may_run) in [
             (vec![], 1, true),
             (vec![0.7, -0.4, 0.99], 2, true),

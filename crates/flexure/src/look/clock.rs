@@ -4,14 +4,14 @@ use super::limits::GAP;
 use crate::record::sample_clock;
 use crate::sort;
 
-/// What the instants of a record are like.
+/// The properties of a record's instants.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Clock {
     /// The median step.
     pub step: f64,
-    /// The largest deviation of a step from the median, in steps, besides gaps and steps back.
+    /// The largest deviation of a step from the median, in steps, without gaps and steps back.
     pub jitter: f64,
-    /// Whether the instants are evenly spaced, but for jitter: as an identification takes them, by
+    /// Whether the instants are evenly spaced except for jitter, by the criterion of an identification:
     /// [`Record::sample_clock`](crate::Record::sample_clock).
     pub is_uniform: bool,
     /// Steps that are longer than one and a half of the median.
@@ -29,12 +29,12 @@ pub struct Clock {
 pub struct Gap {
     /// The sample after it.
     pub sample: usize,
-    /// How long it is, in steps.
+    /// Its length in steps.
     pub steps: f64,
 }
 
 impl Clock {
-    /// Looks at instants; `None` of fewer than two.
+    /// Looks at instants; `None` for fewer than two.
     pub fn new(instants: &[f64]) -> Option<Self> {
         let known: Vec<(usize, f64)> = instants
             .iter()
@@ -73,10 +73,10 @@ impl Clock {
         Some(clock)
     }
 
-    /// Jitter of steps up to which instants without gaps are evenly spaced in any case.
+    /// Instants without gaps are always evenly spaced if their jitter, in steps, is at most this.
     pub const UNIFORM: f64 = 0.1;
 
-    /// The sample time: of instants without gaps the mean step, as printed ones are rounded, else the median.
+    /// The sample time: the mean step for instants without gaps, since printed instants are rounded; otherwise the median.
     pub fn usual_step(&self, samples: usize) -> f64 {
         match self.gaps.is_empty() && self.backwards.is_empty() && self.missing == 0 && samples > 1 {
             true => self.duration / (samples - 1) as f64,

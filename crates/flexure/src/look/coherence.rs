@@ -1,16 +1,16 @@
-//! How much of a column's power a linear system of any kind could explain by another column.
+//! The share of a column's power that any linear system could explain by another column.
 
 use super::spectrum::{Segments, segment, starts};
 use crate::linalg::Complex;
 
-/// Longest segment, samples. Convention: slow systems need long ones, and so does the time that this takes.
+/// Longest segment, samples. Convention: slow systems need long segments, but they take more time.
 const LONGEST: usize = 1 << 15;
-/// Segments that overlap by half under Hann windows are worth so many independent ones each (Welch 1967).
+/// Each segment, with half overlap and Hann windows, is worth this many independent ones (Welch 1967).
 const INDEPENDENT: f64 = 0.95;
 
 /// The power of `effect` that is coherent with `cause`, as a share of its power without the mean.
 ///
-/// The squared coherence of K independent segments is $1/K$ on average where there is none; that is taken off.
+/// The squared coherence of K independent segments is $1/K$ on average even without coherence; this is subtracted.
 pub(super) fn coherent_share(cause: &[f64], effect: &[f64]) -> f64 {
     let Some(segment) = segment(effect.len(), LONGEST) else {
         return 0.0;

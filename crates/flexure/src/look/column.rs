@@ -1,4 +1,4 @@
-//! A column by itself: its range, what is missing, its levels, where it stands still at an extreme, and what stands alone.
+//! A column by itself: its range, missing samples, levels, standstill at an extreme, and outliers.
 
 use super::limits::{
     FEWEST_SAMPLES, MOST_OUTLIERS, OUTLIER, OUTLIER_SIZE, ROUNDING, STOP_HELD, STOP_RATIO, STOP_RUN, STOP_SHARE,
@@ -11,7 +11,7 @@ use crate::linear::correlation::{mean, variance};
 use crate::outliers;
 use crate::sort;
 
-/// What a column is like.
+/// The properties of a column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
     /// Its name.
@@ -22,7 +22,7 @@ pub struct Column {
     pub missing: usize,
     /// Samples that are infinite.
     pub infinite: usize,
-    /// The least finite value; NaN without samples, as all that follows.
+    /// The least finite value; without samples it is NaN, and so are the following numbers.
     pub least: f64,
     /// The greatest finite value.
     pub greatest: f64,
@@ -32,20 +32,20 @@ pub struct Column {
     pub deviation: f64,
     /// Whether it does not vary by more than rounding.
     pub constant: bool,
-    /// Whether it rises by the same amount from sample to sample, as a number or an instant of the samples does.
+    /// Whether it rises by the same amount from sample to sample, like a sample number or an instant.
     pub counts: bool,
     /// The values that it takes, in increasing order, if these are few.
     pub levels: Option<Vec<f64>>,
-    /// The grid on which its values lie, if they do.
+    /// The grid on which its values lie, if there is one.
     pub quantisation: Option<Quantisation>,
-    /// Where it stands still at its least value.
+    /// Its standstill at its least value.
     pub lower_stop: Option<Stop>,
-    /// Where it stands still at its greatest value.
+    /// Its standstill at its greatest value.
     pub upper_stop: Option<Stop>,
-    /// Samples that stand alone far from their neighbours: more than ten times as far from the running median of five samples as
-    /// is usual nearby, and by more than a quarter of the standard deviation. Empty where that is the nature of the column.
+    /// Samples far from their neighbours: their distance from the running median of five samples is more than ten times the usual distance
+    /// nearby, and more than a quarter of the standard deviation. Empty if many samples are like this.
     pub outliers: Vec<usize>,
-    /// Its power spectrum; none of a column that does not vary.
+    /// Its power spectrum; `None` if the column does not vary.
     pub spectrum: Option<Spectrum>,
 }
 
@@ -54,14 +54,14 @@ pub struct Column {
 pub struct Stop {
     /// The extreme.
     pub value: f64,
-    /// Samples that have it.
+    /// The number of samples with this value.
     pub samples: usize,
-    /// The most of them in a row.
+    /// The longest run of such samples.
     pub longest: usize,
 }
 
 impl Column {
-    /// Looks at a column; `bridged` has its samples with values in place of those that are none.
+    /// Looks at a column; `bridged` has its samples with values in place of missing ones.
     pub(super) fn new(name: &str, samples: &[f64], bridged: &[f64]) -> Self {
         let finite: Vec<f64> = samples.iter().copied().filter(|v| v.is_finite()).collect();
         let missing = samples.iter().filter(|v| v.is_nan()).count();
@@ -71,7 +71,7 @@ impl Column {
                 (finite.iter().copied()).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, g), v| (l.min(v), g.max(v)))
             }
         };
-        // About a middle value, as squares of large offsets round.
+        // Relative to one of the values, since squares of large offsets lose digits.
         let offset = finite.first().copied().unwrap_or(f64::NAN);
         let shifted: Vec<f64> = finite.iter().map(|v| v - offset).collect();
         let deviation = match finite.is_empty() {
@@ -114,13 +114,13 @@ impl Column {
         column
     }
 
-    /// Whether it can depend on others, or others on it: it varies, and neither numbers the samples nor is mostly missing.
+    /// Whether it can depend on others, or others on it: it varies, does not count the samples, and is not mostly missing.
     pub fn is_signal(&self) -> bool {
         !self.constant && !self.counts && self.samples >= FEWEST_SAMPLES && self.samples > self.missing + self.infinite
     }
 }
 
-/// Whether the samples rise evenly, but for rounding.
+/// Whether the samples rise evenly, except for rounding.
 fn counts(samples: &[f64]) -> bool {
     let [first, .., last] = samples else {
         return false;
@@ -135,12 +135,12 @@ fn stop(samples: &[f64], sorted: &[f64], extreme: f64, step: f64) -> Option<Stop
     let runs = || samples.chunk_by(|a, b| a == b);
     let at_extreme = || runs().filter(|run| run[0] == extreme).map(<[f64]>::len);
     let (at, longest) = (at_extreme().sum::<usize>(), at_extreme().max().unwrap_or(0));
-    // How long a usual sample's value is held.
+    // How long the value of a usual sample is held.
     let mut held: Vec<usize> = runs().flat_map(|run| vec![run.len(); run.len()]).collect();
     held.sort_unstable();
     let usual = held.get(held.len() / 2).copied().unwrap_or(1);
     let within = |low: f64, high: f64| sorted.partition_point(|v| *v < high) - sorted.partition_point(|v| *v < low);
-    // What is as near to the extreme as the next step, without the extreme itself.
+    // The samples as near to the extreme as the next step, without the extreme itself.
     let near = within(extreme - 1.5 * step, extreme + 1.5 * step) - at;
     let stands = longest >= STOP_RUN.max(STOP_HELD * usual)
         && at as f64 > STOP_SHARE * sorted.len() as f64
@@ -152,7 +152,7 @@ fn stop(samples: &[f64], sorted: &[f64], extreme: f64, step: f64) -> Option<Stop
     })
 }
 
-/// The samples that stand alone (Hampel 1974, about a running median of five, which leaves steps as they are).
+/// The outliers (Hampel 1974, about a running median of five, which preserves steps).
 fn standing_alone(samples: &[f64], bridged: &[f64], deviation: f64, step: f64) -> Vec<usize> {
     let distances = outliers::distances(bridged);
     let matters = |t: &usize| samples[*t].is_finite() && distances[*t] > OUTLIER_SIZE * deviation;

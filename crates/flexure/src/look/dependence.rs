@@ -1,18 +1,18 @@
 //! Which column depends on which, and with what delay.
 //!
-//! Both columns of a pair are whitened by autoregressions of their own (Haugh 1976), so that their correlation at a lag does not depend on
-//! that at others: that of independent columns has a standard deviation of $1/\sqrt n$. A white column a that acts on b through a system of
+//! Both columns of a pair are whitened by separate autoregressions (Haugh 1976), so their correlation at a lag does not depend on that at
+//! other lags. For independent columns it has a standard deviation of $1/\sqrt n$. A white column a that acts on b through a system of
 //! delay s correlates with b at the lags from s on, and at no negative lag unless b acts back on a (Pierce & Haugh 1977).
 //!
-//! The statistic at lag j, $z_j = \sum_t a_t b_{t+j} / (\sum_t a_t^2 b_{t+j}^2)^{1/2}$, is normalised by itself: it is normal too where the
-//! columns have bursts or heavy tails, and a single pair of outliers makes it no larger than 1. The level is divided by the
-//! number of tests: of lags, time scales and pairs of columns (Bonferroni).
+//! The statistic at lag j, $z_j = \sum_t a_t b_{t+j} / (\sum_t a_t^2 b_{t+j}^2)^{1/2}$, is self-normalised: it is also normal for columns
+//! with bursts or heavy tails, and a single pair of outliers makes it at most 1. The level is divided by the number of tests, over all
+//! lags, time scales and pairs of columns (Bonferroni).
 //!
-//! A fast sampled, slow system changes its output little from sample to sample, which noise then hides. So means of 4, 16, 64, ... samples
-//! are looked at as well: slow systems show there, and long delays.
+//! If a slow system is sampled fast, its output changes little between samples, and noise hides the changes. So means of 4, 16, 64, ...
+//! samples are tested too: they show slow systems and long delays.
 //!
-//! Where no linear dependence is seen, the square of the cause's deviation from its mean takes its place: an even nonlinearity shows
-//! no correlation with the cause itself.
+//! If no linear dependence is seen, the square of the cause's deviation from its mean replaces the cause: an even nonlinearity shows no
+//! correlation with the cause itself.
 
 use super::limits::{
     COUNTS, FEEDBACK, FEWEST_BLOCKS, FINER, LAGS, LEVEL, MOST_SAMPLES, MOST_SCALES, MOST_WORK, PASSES,
@@ -33,51 +33,51 @@ pub struct Dependence {
     pub effect: usize,
     /// Whether the cause itself shows the dependence, or only its square.
     pub kind: Kind,
-    /// What the lags say of who follows whom.
+    /// Which column follows which, according to the lags.
     pub direction: Direction,
     /// The first lag of at least a tenth of the largest correlation, samples; a multiple of `block`.
     pub delay: usize,
-    /// The samples that were averaged before the dependence was seen: the delay is known to so many.
+    /// The samples that were averaged before the dependence was seen: the delay is known to within this number.
     pub block: usize,
     /// The correlation that is largest in absolute value.
     pub correlation: f64,
-    /// The probability of such a statistic, or a larger one, at any lag of any pair of independent columns.
+    /// The probability of a statistic as large as this one, at any lag of any pair, if columns are independent.
     pub p_value: f64,
-    /// The share of the effect's power that is coherent with the cause: what a linear system of any kind would explain at best;
-    /// 0 of a dependence that only the square shows.
+    /// The share of the effect's power that is coherent with the cause: the most that any linear system could explain; 0 for a dependence
+    /// that only the square shows.
     pub coherent: f64,
     /// The correlations over the lags.
     pub correlations: Correlations,
 }
 
-/// What a dependence was seen in.
+/// How a dependence was seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// In the correlation of the two columns.
     Linear,
-    /// Only in that with the square of the cause's deviation from its mean.
+    /// Only in the correlation with the square of the cause's deviation from its mean.
     Square,
 }
 
-/// Who follows whom.
+/// Which column follows which.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
     /// The effect follows the cause.
     Forward,
     /// Both change in the same sample: the lags do not show which one is the cause.
     AtOnce,
-    /// Each follows the other: feedback, or both follow a third.
+    /// Each column follows the other: feedback, or both follow a third one.
     Both,
 }
 
 /// Correlations of two whitened columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Correlations {
-    /// Lags by which the effect is later, samples.
+    /// The lags of the effect after the cause, samples.
     pub lags: Vec<f64>,
     /// The correlation at each.
     pub values: Vec<f64>,
-    /// Half the width of the range within which all correlations of independent columns stay together with a probability of 99 %.
+    /// Half the width of the range that contains all correlations of independent columns with a probability of 99 %.
     pub limit: f64,
 }
 
@@ -87,10 +87,10 @@ struct Whitened {
     square: Option<Vec<f64>>,
 }
 
-/// A time scale: means of so many samples.
+/// A time scale: means of this many samples.
 struct TimeScale {
     block: usize,
-    /// The samples that are looked at.
+    /// The samples that are used.
     range: std::ops::Range<usize>,
 }
 
@@ -100,7 +100,7 @@ pub(super) fn dependences(signals: &[(usize, &[f64])]) -> Vec<Dependence> {
     let count = signals.len();
     let pairs: Vec<(usize, usize)> = (0..count).flat_map(|i| (0..i).map(move |j| (j, i))).collect();
     let scales = scales(samples, pairs.len());
-    // Of every pair all lags in the columns themselves, and those from 0 on of either square.
+    // For every pair: all lags of the columns themselves, and the lags from 0 on for the square of either one.
     let tests = (pairs.len() * scales.len() * (4 * LAGS + 3)).max(1) as f64;
     let columns: Vec<Vec<Whitened>> = scales
         .iter()
@@ -124,7 +124,7 @@ pub(super) fn dependences(signals: &[(usize, &[f64])]) -> Vec<Dependence> {
     found
 }
 
-/// The time scales of a record. Of long records, and of many pairs, the middle is looked at.
+/// The time scales of a record. Of a long record, or one with many pairs, only the middle is used.
 fn scales(samples: usize, pairs: usize) -> Vec<TimeScale> {
     let most = (MOST_WORK / pairs.max(1)).clamp(16 * FEWEST_BLOCKS, MOST_SAMPLES);
     let scale = |power| {
@@ -139,14 +139,14 @@ fn scales(samples: usize, pairs: usize) -> Vec<TimeScale> {
     (0..MOST_SCALES as u32).map_while(scale).collect()
 }
 
-/// The samples of a record that all pairs of so many columns can be compared over: the middle of a long record.
+/// The samples on which all pairs of columns are compared: of a long record, the middle.
 pub(super) fn stretch(samples: usize, columns: usize) -> std::ops::Range<usize> {
     scales(samples, columns * columns.saturating_sub(1) / 2)[0]
         .range
         .clone()
 }
 
-/// A column and its square as means of blocks, whitened; none where it does not vary.
+/// A column and its square as whitened means of blocks; `None` for one that does not vary.
 fn whitened(samples: &[f64], block: usize) -> Whitened {
     let centre = mean(samples);
     let deviations: Vec<f64> = samples.iter().map(|v| v - centre).collect();
@@ -162,7 +162,8 @@ pub(super) fn blocks(samples: &[f64], block: usize) -> Vec<f64> {
     samples.chunks_exact(block).map(mean).collect()
 }
 
-/// A signal whitened by autoregressions, one after the other, as the first leaves much of a smooth signal; `None` if it does not vary.
+/// A signal whitened by several autoregressions in sequence, since the first one leaves much of a smooth signal; `None` if it does not
+/// vary.
 fn white(signal: &[f64]) -> Option<Vec<f64>> {
     let centre = mean(signal);
     let largest = signal.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
@@ -178,7 +179,7 @@ fn white(signal: &[f64]) -> Option<Vec<f64>> {
             break;
         }
         white = TransferFunction::monic(polynomial, Vec::new()).simulate(&white);
-        // The first ones lack the samples before.
+        // The first samples have no earlier ones.
         white[..order].fill(0.0);
     }
     (variance(&white) > 0.0).then_some(white)
@@ -193,7 +194,7 @@ struct Statistics {
 }
 
 impl Statistics {
-    /// At lags from 0 on, by which b is later.
+    /// The statistics at lags from 0 on, with b later.
     fn from_zero(a: &[f64], b: &[f64]) -> Option<Self> {
         let lags = LAGS.min(a.len() / 4);
         let covariance = cross_covariance(a, b, lags);
@@ -217,7 +218,7 @@ impl Statistics {
         })
     }
 
-    /// At lags on both sides.
+    /// The statistics at positive and negative lags.
     fn two_sided(a: &[f64], b: &[f64]) -> Option<Self> {
         let (after, before) = (Statistics::from_zero(a, b)?, Statistics::from_zero(b, a)?);
         let joined = |before: Vec<f64>, after: Vec<f64>| before.into_iter().skip(1).rev().chain(after).collect();
@@ -233,7 +234,7 @@ impl Statistics {
         self.z.iter().fold(0.0, |m, z| m.max(z.abs()))
     }
 
-    /// The dependence of the second signal on the first that these show, or the other way round.
+    /// The dependence that these statistics show: of the second signal on the first, or the other way round.
     fn dependence(mut self, signals: [(usize, &[f64]); 2], scale: &TimeScale, kind: Kind, tests: f64) -> Dependence {
         let p_value = (tests * erfc(self.largest() / std::f64::consts::SQRT_2)).min(1.0);
         let limit = critical(tests) / (self.samples as f64).sqrt();
@@ -258,7 +259,7 @@ impl Statistics {
             (false, false) if kind == Kind::Square => Direction::Forward,
             (false, false) => Direction::AtOnce,
         };
-        // Where the lags show no order, it is that of the columns.
+        // If the lags show no order, the order of the columns is used.
         if direction != Direction::Forward && cause.0 > effect.0 {
             self.correlation.reverse();
             self.first = 1 - self.correlation.len() as i64 - self.first;
@@ -294,7 +295,7 @@ impl Statistics {
     }
 }
 
-/// What a statistic must exceed.
+/// The critical value of the statistic.
 fn critical(tests: f64) -> f64 {
     std::f64::consts::SQRT_2 * erfc_inverse(LEVEL / tests)
 }
@@ -321,7 +322,7 @@ fn best(
 mod tests {
     use super::*;
 
-    /// The statistic against its definition, summed directly. The mean of the squares is that of all samples in place of the overlapping ones.
+    /// The statistic against its definition, summed directly. The mean of the squares is over all samples, not only the overlapping ones.
     #[test]
     fn the_statistic_is_its_definition() {
         let n = 2000;

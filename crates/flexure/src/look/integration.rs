@@ -3,11 +3,11 @@
 //! The output's difference $d_k = y_k - y_{k-1}$ is regressed on the output, its own past and the input,
 //! $$ d_k = \rho\, y_{k-1} + \sum_{i=1}^{4} c_i d_{k-i} + \sum_{i=0}^{4} b_i u_{k-i} + \text{const}, $$
 //! over means of samples, so that the noise of an encoder does not hide the motion. An output that settles under a constant input has
-//! $\rho < 0$ (Dickey & Fuller 1979), and an output that only drifts has $\sum_i b_i = 0$. An integrating one has neither: its
-//! difference follows the input, wherever the output stands. It also changes more slowly than the input, as integration divides its spectrum
-//! by the frequency: of an oscillation at one frequency the regression alone decides nothing.
+//! $\rho < 0$ (Dickey & Fuller 1979), and an output that only drifts has $\sum_i b_i = 0$. An integrating output has neither property: its
+//! difference follows the input at any level of the output. It also changes more slowly than the input, since integration divides its
+//! spectrum by the frequency. For an oscillation at one frequency, the regression alone decides nothing.
 //!
-//! No record shows whether an output settles after the record ends: it counts as integrating.
+//! A record cannot show whether an output settles after its end: such an output counts as integrating.
 
 use super::dependence::blocks;
 use super::limits::{
@@ -19,12 +19,12 @@ use crate::linear::correlation::{mean, variance};
 /// The ridge of the least squares for columns of unit length. Rounding is of this size.
 const RIDGE: f64 = 1e-12;
 
-/// What speaks for an output that integrates its input.
+/// The evidence for an output that integrates its input.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IntegratedOutput {
-    /// The share of what is not foreseen in the output's change, from its past, that the input explains.
+    /// The share of the unpredicted part of the output's change that the input explains; the prediction is from the output's past.
     pub explained: f64,
-    /// Samples that the output would need to settle, at least, if it did.
+    /// The fewest samples that the output would need to settle.
     pub settles_after: f64,
 }
 
@@ -84,7 +84,7 @@ struct Regression {
 }
 
 impl Regression {
-    /// `None` of few blocks, or of columns that do not vary.
+    /// `None` for few blocks, or for columns that do not vary.
     fn new(u: &[f64], y: &[f64]) -> Option<Self> {
         let m = y.len();
         let (u, y) = (scaled(u)?, scaled(y)?);
@@ -94,7 +94,7 @@ impl Regression {
         let d: Vec<f64> = y.windows(2).map(|w| w[1] - w[0]).collect();
         let p = INTEGRATED_LAGS;
         let changes = |of: &[f64]| of.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum::<f64>().sqrt();
-        // d[k - 1] leads to y[k].
+        // The difference d[k - 1] ends at y[k].
         let rows = p + 1..m;
         let target: Vec<f64> = rows.clone().map(|k| d[k - 1]).collect();
         let lagged = |of: &[f64], lag: usize| -> Vec<f64> { rows.clone().map(|k| of[k - lag]).collect() };
@@ -115,7 +115,7 @@ impl Regression {
         })
     }
 
-    /// The share of the way to rest that the output goes in a block, at most.
+    /// The largest share of the distance to rest that the output covers in a block.
     fn fastest(&self) -> f64 {
         -self.pull[0] + STANDARD_ERRORS * self.pull[1]
     }
@@ -144,7 +144,7 @@ fn scaled(column: &[f64]) -> Option<Vec<f64>> {
     (spread > 1e-9 * largest).then(|| deviations.iter().map(|v| v / spread).collect())
 }
 
-/// Least squares, with a ridge that is too small to matter but where columns depend on one another.
+/// Least squares, with a ridge that matters only if columns depend on one another.
 struct LeastSquares {
     coefficients: Vec<f64>,
     inverse: Vec<f64>,
@@ -157,7 +157,7 @@ impl LeastSquares {
     fn new(columns: &[Vec<f64>], target: &[f64]) -> Option<Self> {
         let q = columns.len();
         let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        // Columns of unit length, so that the matrix is as well conditioned as it can be.
+        // Columns are scaled to unit length, which gives a well-conditioned matrix.
         let lengths: Vec<f64> = columns.iter().map(|c| product(c, c).sqrt()).collect();
         if lengths.iter().any(|l| !(*l > 0.0)) {
             return None;

@@ -1,4 +1,4 @@
-//! A first look at a record: what its columns are like, and which depends on which.
+//! A first look at a record: the properties of its columns, and which depends on which.
 //!
 //! | file | what |
 //! |---|---|
@@ -48,7 +48,7 @@ use crate::error::Result;
 use crate::parallel;
 use crate::record::{Record, bridged};
 
-/// What a record is like.
+/// The properties of a record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Look {
     /// Its columns, in order.
@@ -57,12 +57,12 @@ pub struct Look {
     pub time: Option<usize>,
     /// Its instants, in its own unit; `None` without them.
     pub clock: Option<Clock>,
-    /// The dependences that were seen among the signals, those that explain most first. All of them together are false with a probability of
-    /// at most 1 % where no column depends on another.
+    /// The dependences among the signals, those that explain most first. If no column depends on another, the probability of any false one
+    /// is at most 1 %.
     pub dependences: Vec<Dependence>,
-    /// The pairs of columns of which the second integrates the first, and where that was seen.
+    /// The pairs of columns whose second one integrates the first, with the evidence.
     pub integrations: Vec<Integration>,
-    /// Columns that are made of others.
+    /// Columns that are computed from others.
     pub relations: Vec<ColumnRelation>,
 }
 
@@ -73,14 +73,14 @@ pub struct Integration {
     pub input: usize,
     /// The one that integrates it.
     pub output: usize,
-    /// What speaks for it.
+    /// The evidence for it.
     pub found: IntegratedOutput,
 }
 
 /// Looks at a record. `time` is the name of the column of the instants, `sample_time` the time between two samples in s.
 ///
-/// Samples that are missing or infinite lie on the straight line between their neighbours where a test needs all of them. Columns that do not
-/// vary, count the samples or are mostly missing take no part in the tests of dependence.
+/// If a test needs all samples, missing or infinite ones are interpolated linearly. Columns that do not vary, count the samples or are
+/// mostly missing take no part in the tests of dependence.
 ///
 /// # Errors
 /// [`Error::Data`](crate::Error::Data): `MissingColumn`; [`Error::Stopped`](crate::Error::Stopped).

@@ -14,11 +14,11 @@ pub struct Quantisation {
 }
 
 impl Quantisation {
-    /// The grid of samples in increasing order: the widest of some candidates that nearly all of them lie on.
+    /// The grid of samples in increasing order: the widest candidate on which nearly all of them lie.
     pub(super) fn of_sorted(sorted: &[f64]) -> Option<Self> {
         let range = sorted.last()? - sorted.first()?;
         let least = range / MOST_STEPS;
-        // Values that differ by less are the same, rounded.
+        // Values that differ by less are the same except for rounding.
         let mut values: Vec<Repeated> = Vec::new();
         for &v in sorted {
             match values.last_mut() {
@@ -31,7 +31,7 @@ impl Quantisation {
         }
         let mut distances: Vec<(f64, usize)> = values.windows(2).map(|w| w[1].value - w[0].value).zip(0..).collect();
         distances.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-        // Of wider distances the wider grid comes first; off a grid of few values, most distances are steps.
+        // Larger distances come first, since they give wider grids. With few values, most distances are steps.
         let places = [0.5, 0.2, 0.05, 0.01, 0.0].map(|q| (q * (distances.len() - 1) as f64) as usize);
         let grids = places.map(|place| {
             let (distance, start) = distances[place];
@@ -58,8 +58,8 @@ struct Grid {
     share: f64,
 }
 
-/// The grid that has the value at `start` and the next one, about `step` away, with the share of the samples that lie on it. The
-/// step is made exact on the way from there to both ends.
+/// The grid that has the value at `start` and the next one, about `step` away, with the share of the samples that lie on it. The step is
+/// refined on the way from there to both ends.
 fn grid(values: &[Repeated], start: usize, mut step: f64) -> Grid {
     let origin = values[start].value;
     let total: usize = values.iter().map(|v| v.count).sum();

@@ -3,21 +3,21 @@
 use super::limits::{DERIVATIVE_FACTOR, DERIVATIVE_LEFT, ROUNDING, SAME};
 use crate::linear::correlation::{mean, variance};
 
-/// A column that is made of another, or measures the same.
+/// A column that is computed from another one, or measures the same.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ColumnRelation {
     /// The column, as an index of the record's columns.
     pub column: usize,
     /// The other one.
     pub of: usize,
-    /// What it is to the other.
+    /// The relation to the other one.
     pub relation: Relation,
 }
 
-/// What a column is to another.
+/// The relation of a column to another one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Relation {
-    /// Its derivative, times a factor that is 1 where the units agree.
+    /// Its derivative, times a factor; the factor is 1 if the units agree.
     Derivative {
         /// The factor.
         factor: f64,
@@ -26,15 +26,16 @@ pub enum Relation {
     Multiple {
         /// The factor.
         factor: f64,
-        /// The standard deviation of what that leaves, in the column's.
+        /// The standard deviation of the remainder, relative to the column's.
         left: f64,
     },
 }
 
 /// The relations among signals without missing samples, named by their indexes.
 ///
-/// A derivative is recognised by its integral, which leaves at most a hundredth of the other's variance besides a straight line: differences
-/// would be noise. Without a sample time the factor may be anything, and the integral must leave a hundredth of that.
+/// A derivative is recognised by its integral: apart from a straight line, it differs from the other column by at most a hundredth of that
+/// one's variance. (Differences would be noise.) Without a sample time the factor is unknown, and the integral must leave at most a
+/// hundredth of the limit.
 pub(super) fn relations(signals: &[(usize, &[f64])], sample_time: Option<f64>) -> Vec<ColumnRelation> {
     let straight: Vec<Vec<f64>> = signals.iter().map(|s| without_line(s.1)).collect();
     let integrals: Vec<Vec<f64>> = signals
@@ -44,7 +45,7 @@ pub(super) fn relations(signals: &[(usize, &[f64])], sample_time: Option<f64>) -
     let centred: Vec<Vec<f64>> = signals.iter().map(|s| without_mean(s.1)).collect();
     let mut found = Vec::new();
     for (i, &(column, _)) in signals.iter().enumerate() {
-        // Of several columns that are alike, a derivative is that of the one which its integral comes nearest to.
+        // If several columns are alike, a derivative belongs to the one that is nearest to its integral.
         let mut nearest: Option<(f64, ColumnRelation)> = None;
         for (j, &(of, _)) in signals.iter().enumerate().filter(|(j, _)| *j != i) {
             if let Some(Proportion { factor, left }) = proportion(&centred[j], &centred[i])
@@ -76,7 +77,7 @@ pub(super) fn relations(signals: &[(usize, &[f64])], sample_time: Option<f64>) -
 /// A column in terms of another one, by least squares.
 struct Proportion {
     factor: f64,
-    /// The share of the variance that it leaves.
+    /// The share of the variance that remains.
     left: f64,
 }
 
@@ -90,7 +91,7 @@ fn proportion(x: &[f64], y: &[f64]) -> Option<Proportion> {
     })
 }
 
-/// The integral by trapezes, in samples where there is no sample time.
+/// The integral by the trapezoidal rule; in samples if there is no sample time.
 fn integral(samples: &[f64], sample_time: Option<f64>) -> Vec<f64> {
     let step = sample_time.unwrap_or(1.0);
     let centre = mean(samples);
@@ -109,7 +110,7 @@ fn without_mean(samples: &[f64]) -> Vec<f64> {
     samples.iter().map(|v| v - centre).collect()
 }
 
-/// The samples less the straight line through them (least squares); zeros where nothing but rounding is left.
+/// The samples less the straight line through them (least squares); zeros if only rounding is left.
 fn without_line(samples: &[f64]) -> Vec<f64> {
     let centred = without_mean(samples);
     let middle = (samples.len() as f64 - 1.0) / 2.0;

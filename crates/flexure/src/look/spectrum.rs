@@ -12,14 +12,14 @@ pub struct Spectrum {
     /// Frequencies, cycles a sample: from the first above 0 to a half.
     pub frequency: Vec<f64>,
     /// The density at each, the column's unit squared for each cycle a sample; the densities times the frequencies' distance add up to the
-    /// variance, but for what is slower than a segment.
+    /// variance, except for parts slower than a segment.
     pub density: Vec<f64>,
     /// Samples of a segment.
     pub segment: usize,
 }
 
 impl Spectrum {
-    /// The spectrum of a signal by means over segments that overlap by half, under Hann windows; `None` of fewer than 16 samples.
+    /// The spectrum of a signal by means over segments that overlap by half, under Hann windows; `None` for fewer than 16 samples.
     pub(super) fn new(signal: &[f64]) -> Option<Self> {
         let segment = segment(signal.len(), LONGEST_SEGMENT)?;
         let mut segments = Segments::new(segment);
@@ -30,7 +30,7 @@ impl Spectrum {
             power.iter_mut().zip(spectrum).for_each(|(p, x)| *p += x.norm_sqr());
             count += 1;
         }
-        // The window's mean square is 3/8; all but the last frequency stand for two.
+        // The window's mean square is 3/8; every frequency except the last stands for two.
         let scale = 2.0 / (0.375 * (count * segment) as f64);
         power.iter_mut().for_each(|p| *p *= scale);
         power[segment / 2] *= 0.5;
@@ -60,7 +60,7 @@ pub(super) fn segment(samples: usize, longest: usize) -> Option<usize> {
     (samples >= 2 * power).then_some(power)
 }
 
-/// Where segments that overlap by half begin.
+/// The starts of segments that overlap by half.
 pub(super) fn starts(samples: usize, segment: usize) -> impl Iterator<Item = usize> {
     (0..=samples - segment).step_by(segment / 2)
 }

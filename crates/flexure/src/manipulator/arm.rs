@@ -1,4 +1,4 @@
-//! An arm as it is written down, and a checked one, ready for its equations of motion.
+//! The parameters of an arm, and a checked arm, ready for its equations of motion.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use super::joint::{Friction, Stiffness};
 use super::links::{Link, LinkDynamics};
 use crate::error::Result;
 
-/// How the joints of an arm move its links, and so which equations of motion it follows.
+/// The kind of an arm's joints, which decides its equations of motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum JointKind {
@@ -21,7 +21,7 @@ pub enum JointKind {
 
 /// The parts of the equations that can be switched on and off.
 ///
-/// The defaults, [`Parts::of`], are each model as the paper states it:
+/// The defaults, [`Parts::of`], give each model as stated in the paper:
 ///
 /// | part | rigid | linear | nonlinear |
 /// |---|---|---|---|
@@ -32,11 +32,11 @@ pub enum JointKind {
 /// | `rotor_in_link_inertia`: `Jm2` added to `M11` | off | off | off |
 /// | `rotors`: `Jm` (and S) geared rigidly to the links | off | - | - |
 ///
-/// Rotor 2 rides on link 1: with `S` and without `rotor_in_link_inertia`, the kinetic energy is not
-/// that of any bodies, but that is the paper's form.
+/// Link 1 carries rotor 2: with `S` and without `rotor_in_link_inertia`, the kinetic energy is not that of real bodies, but this is the
+/// paper's form.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Parts {
-    /// Friction (12), where a joint or its motor has any.
+    /// Friction (12), if a joint or its motor has any.
     pub friction: bool,
     /// The cubic stiffness `a1`.
     pub cubic: bool,
@@ -51,7 +51,7 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// The parts that belong to a model as the paper states it.
+    /// The parts of a model as stated in the paper.
     pub fn of(model: JointKind) -> Self {
         let nonlinear = model == JointKind::Nonlinear;
         Parts {
@@ -65,7 +65,7 @@ impl Parts {
     }
 }
 
-/// A joint as it is written down; what the model does not use is neither read nor checked.
+/// The parameters of a joint; values that the model does not use are neither read nor checked.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct JointParameters {
     /// Inertia `Jm` of the motor's rotor, seen from the link side, kg m^2; positive.
@@ -79,13 +79,13 @@ pub struct JointParameters {
     /// `ksw` of the nonlinear model, N m/rad; from 0 to below `a2`, so that the stiffness is
     /// positive everywhere (its least value, at `d = 0`, is `a2 - ksw`).
     pub windup: f64,
-    /// `asw` of the nonlinear model, 1/rad^2; positive where `ksw` is not zero.
+    /// `asw` of the nonlinear model, 1/rad^2; positive if `ksw` is not zero.
     pub windup_sharpness: f64,
-    /// Damping `c` of a flexible joint beside its spring, a torque `c (qm' - q')`, N m s/rad; not negative. The paper has none.
+    /// Damping `c` of a flexible joint, parallel to its spring: a torque `c (qm' - q')`, N m s/rad; not negative. The paper has none.
     pub damping: f64,
     /// Friction at the link, a torque against `q'`, if any: `g1 .. g6` not negative, `g2 >= g3`.
     pub friction: Option<Friction>,
-    /// Friction at the motor, a torque against `qm'` seen from the link side, if any: likewise. The paper has none.
+    /// Friction at the motor, a torque against `qm'` seen from the link side, if any, with the same ranges. The paper has none.
     pub motor_friction: Option<Friction>,
     /// Holds `q` and `qm` of this joint at their initial values.
     pub locked: bool,
@@ -103,7 +103,7 @@ impl JointParameters {
     }
 }
 
-/// An arm as it is written down.
+/// The parameters of an arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ArmParameters {
     /// The equations of motion.
@@ -150,7 +150,7 @@ pub fn space_arm(model: JointKind) -> ArmParameters {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Arm {
     pub(super) parameters: ArmParameters,
-    /// The links' inertia, with rotor 2 in `M11` where that is switched on.
+    /// The links' inertia, with rotor 2 in `M11` if that is switched on.
     pub(super) links: LinkDynamics,
     /// The rotors' inertia.
     pub(super) motor: [f64; 2],
@@ -160,7 +160,7 @@ pub struct Arm {
     pub(super) damping: [f64; 2],
     /// The friction in effect; all zero where there is none.
     pub(super) friction: [Friction; 2],
-    /// The same of the motors; `None` where neither has any.
+    /// The same for the motors; `None` if neither has any.
     pub(super) motor_friction: Option<[Friction; 2]>,
     /// Whether a friction or wind-up term needs elementary functions.
     pub(super) smooth_terms: bool,
@@ -248,7 +248,7 @@ impl Arm {
         self.friction
     }
 
-    /// The friction of each motor in effect, likewise.
+    /// The friction of each motor in effect, with the same rule.
     pub fn motor_friction(&self) -> [Friction; 2] {
         self.motor_friction.unwrap_or_default()
     }

@@ -79,7 +79,7 @@ const FRICTION: [(&str, &str); 6] = [
     ("friction g6", "N m s/rad"),
 ];
 
-/// Those of its motor's.
+/// The names and units of the parameters of its motor's friction.
 const MOTOR_FRICTION: [(&str, &str); 6] = [
     ("motor_friction g1", "N m"),
     ("motor_friction g2", "s/rad"),
@@ -141,15 +141,15 @@ impl Part {
 /// Determinants below this share of the diagonal's product count as zero.
 const SINGULAR: f64 = 1e-12;
 
-/// Checks that the matrix the motion is solved with is positive definite for every `q2`.
+/// Checks that the matrix of the equations of motion is positive definite for every `q2`.
 ///
-/// The motors are eliminated exactly; the determinant of what is left of `M` is a concave
-/// quadratic in `cos q2`, least where `cos q2` is 1 or -1.
+/// The motors are eliminated exactly; the determinant of the remaining `M` is a concave quadratic in `cos q2`, and least at `cos q2` = 1 or
+/// -1.
 pub(super) fn inertia(arm: &Arm) -> Result<()> {
     positive_definite(arm, "inertia matrix", |cos| arm.mass_terms(cos))
 }
 
-/// The same for `M + S`, which takes the place of `M` when deflections are commanded.
+/// The same for `M + S`, which replaces `M` when deflections are commanded.
 pub(super) fn deflection_inertia(arm: &Arm) -> Result<()> {
     positive_definite(arm, "inertia matrix M + S of the commanded arm", |cos| {
         arm.deflection_mass(cos)

@@ -9,8 +9,7 @@
 //! with f_m the motors' friction, and a damping of the joints in kappa, which the paper does not have.
 //!
 //! It is factorised as \\(L D L^T\\) in the order qm1, qm2, q2, q1: the motors' block is diagonal
-//! and `S` has one element, so that only `M11` and the first right-hand side change when the
-//! motors are eliminated.
+//! and `S` has one element, so only `M11` and the first right-hand side change when the motors are eliminated.
 
 use super::State;
 use super::arm::{Arm, JointKind};
@@ -33,7 +32,8 @@ fn solve(m: [[f64; 2]; 2], r: [f64; 2]) -> [f64; 2] {
 
 impl Arm {
     /// The time derivative of the state `[q1, q2, qm1, qm2, q1', q2', qm1', qm2']` of a flexible arm
-    /// under the motor torques `tau`: (7) and (8) with the motors eliminated, whose matrix form is above. (A rigid arm's motors are locked to its links, and rub with them.)
+    /// under the motor torques `tau`: (7) and (8) with the motors eliminated, whose matrix form is above. (A rigid arm's motors are locked
+    /// to its links, and have their friction.)
     #[inline]
     pub fn derivative(&self, x: &[f64; 8], tau: [f64; 2]) -> [f64; 8] {
         if self.model() == JointKind::Rigid {
@@ -126,7 +126,7 @@ impl Arm {
             + self.stiffness[1].potential(qm[1] - q[1])
     }
 
-    /// What multiplies `q''` when the motors are eliminated: `M - S Jm^-1 S^T`, or `M` with the
+    /// The matrix that multiplies `q''` after the motors are eliminated: `M - S Jm^-1 S^T`, or `M` with the
     /// rotors geared to it for a rigid arm.
     #[inline(always)]
     pub(super) fn mass_terms(&self, cos: f64) -> [[f64; 2]; 2] {
@@ -151,7 +151,7 @@ impl Arm {
         [[m11, m12 + self.coupling], second]
     }
 
-    /// The inertia matrix (5); `manipulator/links.rs` has it for any caller, this one is for the integrator.
+    /// The inertia matrix (5); this form is for the integrator; other callers use the one in `manipulator/links.rs`.
     #[inline(always)]
     fn link_inertia(&self, cos: f64) -> [[f64; 2]; 2] {
         let swing = self.links.coupling * cos;
@@ -159,7 +159,7 @@ impl Arm {
         [[self.links.shoulder + 2.0 * swing, off], [off, self.links.elbow]]
     }
 
-    /// `C(q, q') q'`, with the matrix of (6), as `manipulator/links.rs` has it.
+    /// `C(q, q') q'`, with the matrix of (6), as in `manipulator/links.rs`.
     #[inline(always)]
     fn coriolis_torque(&self, sin: f64, dq: [f64; 2]) -> [f64; 2] {
         let factor = self.links.coupling * sin;
@@ -177,8 +177,8 @@ impl Arm {
         }
     }
 
-    /// The elastic torques (10), (11) at the deflections `d` and the friction torques (12) at the velocities `v`, for both joints
-    /// at once; `joint.rs` has the plain formulas.
+    /// The elastic torques (10), (11) at the deflections `d` and the friction torques (12) at the velocities `v`, for both joints at once;
+    /// the plain formulas are in `joint.rs`.
     #[inline(always)]
     fn joint_torques(&self, d: [f64; 2], v: [f64; 2]) -> JointTorques {
         let [s1, s2] = &self.stiffness;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Steps of Newton's method; from the linear solution the elastic torque of a spring that hardens needs a dozen at most.
+/// Steps of Newton's method; starting from the linear solution, a hardening spring needs at most a dozen.
 const NEWTON_STEPS: usize = 60;
 
 /// The elastic torque of a joint against its deflection `d = qm - q`, equations (10)-(11):
@@ -35,9 +35,9 @@ impl Stiffness {
         3.0 * self.cubic * d * d + self.linear - self.windup * (-z).exp() * (1.0 - 2.0 * z)
     }
 
-    /// The deflection at which the spring has this elastic torque; none where it does not harden throughout.
+    /// The deflection at which the spring has this elastic torque; `None` if the spring does not harden throughout.
     pub(crate) fn deflection(&self, torque: f64) -> Option<f64> {
-        // The torque increases with the deflection, at least as steeply as the weakest tangent; bisection safeguards Newton's steps.
+        // The slope of the torque is at least that of the weakest tangent; bisection safeguards Newton's steps.
         let softest = self.linear - self.windup;
         if !(softest > 0.0 && torque.is_finite()) {
             return None;
@@ -83,9 +83,8 @@ impl Stiffness {
 ///
 /// \\[f(v) = g_1 [\tanh(g_2 v) - \tanh(g_3 v)] + g_4 \tanh(g_5 v) + g_6 v\\]
 ///
-/// `g1` (N m), `g2` and `g3` (s/rad) make the static and Stribeck friction, `g4` (N m) and `g5`
-/// (s/rad) the Coulomb, `g6` (N m s/rad) the viscous friction. It never drives the joint when
-/// `g2 >= g3`.
+/// `g1` (N m), `g2` and `g3` (s/rad) give the static and Stribeck friction, `g4` (N m) and `g5` (s/rad) the Coulomb friction, `g6` (N m
+/// s/rad) the viscous friction. It never drives the joint when `g2 >= g3`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Friction(
@@ -94,7 +93,7 @@ pub struct Friction(
 );
 
 impl Friction {
-    /// The friction torque, N m; of the sign of the velocity.
+    /// The friction torque, N m; it has the sign of the velocity.
     pub fn torque(&self, v: f64) -> f64 {
         let [g1, g2, g3, g4, g5, g6] = self.0;
         g1 * ((g2 * v).tanh() - (g3 * v).tanh()) + g4 * (g5 * v).tanh() + g6 * v

@@ -19,7 +19,7 @@ pub struct Link {
     pub inertia: f64,
 }
 
-/// What the equations of motion need to know of the links.
+/// The constants of the links in the equations of motion.
 ///
 /// With `c = cos q2`: `M11 = shoulder + 2 coupling c`, `M12 = elbow + coupling c`, `M22 = elbow`.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | [`Link`], [`LinkDynamics`] | geometry, `M(q)`, `C(q, q')` | (4)-(6) |
 //! | [`Stiffness`], [`Friction`] | the joint's torque laws | (10)-(12) |
-//! | [`ArmParameters`], [`Parts`] | an arm as written down, every part switchable | |
+//! | [`ArmParameters`], [`Parts`] | the parameters of an arm; every part can be switched off | |
 //! | [`Arm`] | a checked arm: accelerations, energy, modal frequencies | (4), (7)-(9) |
 //! | [`chain`] | any chain or tree of rigid links, on a fixed or a free base | |
 //! | [`simulate()`], [`Drive`] | an arm in time, under torque or with commanded deflections | |

@@ -15,8 +15,7 @@ impl Arm {
     /// The circular frequencies in rad/s, increasing, of the small free vibrations without friction
     /// about rest at the elbow angle `q2` with the deflections `d`.
     ///
-    /// One for each joint that is flexible and free; none for a rigid arm. NaN where the stiffness
-    /// is negative.
+    /// There is one for each joint that is flexible and free, and none for a rigid arm. NaN if the stiffness is negative.
     pub fn modal_frequencies(&self, q2: f64, d: [f64; 2]) -> Vec<f64> {
         if self.model() == JointKind::Rigid {
             return Vec::new();

@@ -10,8 +10,7 @@ use crate::record::Record;
 /// A copy of `record` with Gaussian noise of zero mean added to the named columns.
 ///
 /// `std` gives names and standard deviations, in the columns' units; not negative. Every column
-/// draws from its own stream of the seed, given by its position in the record, so that noise on one
-/// does not change that on another.
+/// draws from its own stream of the seed, given by its position in the record, so noise on one column does not change the noise on another.
 ///
 /// # Errors
 /// [`Error::Data`]: `MissingColumn`; [`Error::Parameter`] for a standard deviation that is negative

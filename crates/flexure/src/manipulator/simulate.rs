@@ -1,4 +1,4 @@
-//! An arm in time: from its state at the start and what drives it to a record.
+//! An arm in time: from its initial state and its drive to a record.
 
 use std::ops::ControlFlow;
 
@@ -15,7 +15,7 @@ pub enum Drive<'a> {
     Held([&'a [f64]; 2]),
     /// Motor torques in N m as a continuous function of the time in s.
     ///
-    /// The record shows them at its instants. Where a torque jumps, use [`Drive::Held`].
+    /// The record shows them at its instants. For a torque that jumps, use [`Drive::Held`].
     Torque(&'a (dyn Fn(f64) -> [f64; 2] + Sync)),
     /// Deflections `d = qm - q` in rad, one sample a row for each joint, held until the next row by
     /// ideally stiff servos of the motors.
@@ -26,9 +26,9 @@ pub enum Drive<'a> {
     /// With one joint locked and viscous friction alone this is exactly a Hammerstein system with
     /// the nonlinearity `kappa` and the pole `exp(-g6 T / M)`.
     ///
-    /// A locked joint keeps its initial deflection, whatever is commanded. A rigid arm has none.
+    /// A locked joint keeps its initial deflection for any command. A rigid arm has no deflections.
     Deflection([&'a [f64]; 2]),
-    /// Motor angles in rad that servos follow, one sample a row for each joint: the torque
+    /// Reference motor angles in rad for servos, one sample a row for each joint: the torque
     /// `kp (reference - qm) - kd qm'` of every row is held until the next.
     ///
     /// A rigid arm's motor angles are those of its links.
@@ -45,15 +45,14 @@ pub enum Drive<'a> {
 pub struct SimulationOptions {
     /// The instants of the record.
     pub sampling: Sampling,
-    /// The state at time 0; the motors' part is not used by a rigid arm, nor, where deflections are
-    /// commanded, by joints that are not locked.
+    /// The state at time 0; the motors' part is not used by a rigid arm and, if deflections are commanded, only by locked joints.
     pub initial: State,
     /// The accuracy.
     pub tolerances: Tolerances,
 }
 
 impl SimulationOptions {
-    /// From rest at zero, with the default tolerances, for `duration` s in steps of `sample_time` s.
+    /// Options for a start at rest at zero, with the default tolerances, for `duration` s in steps of `sample_time` s.
     ///
     /// # Errors
     /// Those of [`Sampling::new`].
@@ -81,7 +80,7 @@ pub fn simulate(arm: &Arm, drive: &Drive, options: &SimulationOptions) -> Result
 }
 
 /// Like [`simulate()`], calling `watch` with the simulated time at every instant (and within long
-/// intervals); it shows progress, and stops the simulation by returning `Break`.
+/// intervals); `watch` can show the progress, and stops the simulation by returning `Break`.
 ///
 /// # Errors
 /// Those of [`simulate()`], and [`Error::Stopped`].
@@ -294,7 +293,7 @@ pub fn record_columns(model: JointKind) -> Vec<&'static str> {
     ["t"].into_iter().chain(Rows::NAMES).filter(kept).collect()
 }
 
-/// Refuses samples that are not finite or not one a row.
+/// Refuses samples that are not finite, or not one for each row.
 fn check_samples(names: [&str; 2], samples: &[&[f64]; 2], rows: usize) -> Result<()> {
     for (name, samples) in names.into_iter().zip(samples) {
         if samples.len() != rows {
@@ -307,7 +306,7 @@ fn check_samples(names: [&str; 2], samples: &[&[f64]; 2], rows: usize) -> Result
     Ok(())
 }
 
-/// The record's columns but the time, as they grow.
+/// The growing columns of the record, without the time.
 #[derive(Default)]
 struct Rows([Vec<f64>; 10]);
 

@@ -3,7 +3,7 @@
 //! $$ x_{k+1} = A x_k + B_u \tilde u_k + B_w \tilde w_k, \quad
 //!    y_k = C_y x_k + D_{yu} \tilde u_k + D_{yw} \tilde w_k + \bar y, \quad
 //!    z_k = C_z x_k + D_{zu} \tilde u_k + \bar z, \quad w_k = f(z_k) $$
-//! with $\tilde u = u - \bar u$ and $\tilde w = w - \bar w$. Nothing goes directly from w to z, so that every step is explicit.
+//! with $\tilde u = u - \bar u$ and $\tilde w = w - \bar w$. There is no direct path from w to z, so every step is explicit.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,7 +17,7 @@ const LARGEST_ORDER: usize = 100;
 const RUN_AWAY: f64 = 1e6;
 /// A coefficient of a transfer function this much smaller than the largest is rounding.
 const ROUNDING: f64 = 1e-12;
-/// Points of the nonlinearity at which the loop is linearised, to see how long it takes to settle.
+/// Points of the nonlinearity at which the loop is linearised to find its settling time.
 const SETTLING_POINTS: usize = 9;
 /// The settling time of a loop that settles at none of these points.
 const UNSETTLED: usize = 1000;
@@ -33,30 +33,30 @@ pub struct FeedbackModel {
     pub nonlinearity_to_state: Vec<f64>,
     /// From the state to the output: $C_y$.
     pub state_to_output: Vec<f64>,
-    /// From the state to what enters the nonlinearity: $C_z$.
+    /// From the state to the nonlinearity's input: $C_z$.
     pub state_to_nonlinearity: Vec<f64>,
     /// Directly from the input to the output: $D_{yu}$.
     pub input_to_output: f64,
     /// Directly from the nonlinearity to the output: $D_{yw}$.
     pub nonlinearity_to_output: f64,
-    /// Directly from the input to what enters the nonlinearity: $D_{zu}$.
+    /// Directly from the input to the nonlinearity's input: $D_{zu}$.
     pub input_to_nonlinearity: f64,
-    /// What is taken off or added.
+    /// The levels that are subtracted or added.
     pub levels: FeedbackLevels,
     /// f.
     pub nonlinearity: Curve,
 }
 
-/// The values of all signals in the linear part's zero.
+/// The values of all signals at the linear part's zero.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FeedbackLevels {
-    /// Of the input.
+    /// The level of the input.
     pub input: f64,
-    /// Of what leaves the nonlinearity.
+    /// The level of the nonlinearity's output.
     pub nonlinearity: f64,
-    /// Of the output.
+    /// The level of the output.
     pub output: f64,
-    /// Of what enters the nonlinearity.
+    /// The level of the nonlinearity's input.
     pub entering: f64,
 }
 
@@ -65,7 +65,7 @@ pub struct FeedbackLevels {
 pub enum LoopInput {
     /// The input.
     Input,
-    /// What leaves the nonlinearity.
+    /// The nonlinearity's output.
     Nonlinearity,
 }
 
@@ -78,18 +78,18 @@ pub enum LoopOutput {
     Nonlinearity,
 }
 
-/// A free run: the output, and what enters the nonlinearity.
+/// A free run: the output, and the nonlinearity's input.
 pub struct LoopRun {
-    /// The output; NaN from the sample on at which the loop runs away.
+    /// The output; NaN after the loop has run away.
     pub output: Vec<f64>,
     /// What enters the nonlinearity.
     pub entering: Vec<f64>,
 }
 
 impl FeedbackModel {
-    /// Samples under a constant input after which a loop that has not settled has no steady state to start from.
+    /// A loop that has not settled after this many samples under a constant input has no steady state to start from.
     pub const LONGEST_REST: usize = 100_000;
-    /// The change of the state from sample to sample, relative to its size, below which a loop has settled: that of rounding.
+    /// The change of the state from sample to sample, relative to its size, below which a loop has settled: the size of rounding.
     pub const AT_REST: f64 = 1e-13;
 
     /// The number of states.
@@ -102,7 +102,7 @@ impl FeedbackModel {
         self.run(input).output
     }
 
-    /// [`simulate`](Self::simulate) with what enters the nonlinearity.
+    /// [`simulate`](Self::simulate), and the nonlinearity's input.
     pub fn run(&self, input: &[f64]) -> LoopRun {
         let level = input.iter().sum::<f64>() / input.len().max(1) as f64;
         self.run_from(input, level, &[])
@@ -151,7 +151,7 @@ impl FeedbackModel {
         vec![0.0; self.order()]
     }
 
-    /// The size beyond which the output, or what enters the nonlinearity, has run away.
+    /// The size beyond which the output or the nonlinearity's input has run away.
     pub fn run_away(&self) -> f64 {
         let FeedbackLevels { output, entering, .. } = self.levels;
         let (x, y) = (self.nonlinearity.x(), self.nonlinearity.y());
@@ -212,7 +212,7 @@ impl FeedbackModel {
             m = am;
             (0..n).for_each(|i| m[i][i] += a);
         }
-        // What cancels is left as rounding, which would make zeros far away.
+        // Cancelled coefficients leave rounding errors, which would give zeros far away.
         let size = numerator.iter().fold(0.0_f64, |m, b| m.max(b.abs()));
         numerator
             .iter_mut()
@@ -221,8 +221,8 @@ impl FeedbackModel {
         TransferFunction::new(numerator, denominator)
     }
 
-    /// Samples after which the response no longer depends on the state at the start, to `share` of its size: of the loop
-    /// linearised at points over the nonlinearity's range, the slowest that settles.
+    /// Samples after which the response depends on the initial state only by `share` of its size. The loop is linearised at points over the
+    /// nonlinearity's range; the slowest one that settles counts.
     pub fn settling(&self, share: f64) -> usize {
         let x = self.nonlinearity.x();
         let (low, high) = (x[0], x[x.len() - 1]);

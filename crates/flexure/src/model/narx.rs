@@ -12,8 +12,8 @@ const LONGEST_SETTLING: usize = 1000;
 /// A monomial and its coefficient.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NarxTerm {
-    /// The factors, with repetitions: i below the number of past outputs is the output i + 1 samples ago; those from there on
-    /// are the input, first that of `delay` samples ago.
+    /// The factors, with repetitions. An index i below the number of past outputs is the output i + 1 samples ago; larger ones are inputs,
+    /// beginning with that `delay` samples ago.
     pub factors: Vec<usize>,
     /// The coefficient, for inputs and outputs at zero mean and unit variance.
     pub coefficient: f64,
@@ -88,8 +88,8 @@ impl NarxModel {
         wrong.map(|(which, spread)| format!("the {which}'s spread is {spread}, but must be positive and finite"))
     }
 
-    /// The samples, at most 1000, after which free runs that start from both ends of the output that was fitted have come together to
-    /// `share` of their distance, under the mean input.
+    /// The samples, at most 1000, after which two free runs under the mean input, started from both ends of the fitted output's range, have
+    /// approached each other to `share` of their distance.
     pub(crate) fn settling(&self, share: f64) -> usize {
         if self.problem().is_some() {
             return 0;
@@ -105,7 +105,7 @@ impl NarxModel {
             }
             y.split_off(before)
         };
-        // What is fed back is held within an output's span beyond the fit's on either side.
+        // Values that are fed back are limited to the range in the fit, extended by its span on either side.
         let span = (self.held.1 - self.held.0) / 3.0;
         let (low, high) = (run(self.held.0 + span), run(self.held.1 - span));
         let apart = low
@@ -115,7 +115,7 @@ impl NarxModel {
         self.delay + self.inputs + apart.map_or(0, |n| n + 1)
     }
 
-    /// A fed back value within its bounds.
+    /// A fed-back value, limited to its bounds.
     fn within(&self, value: f64) -> f64 {
         match value.is_nan() {
             true => 0.0_f64.clamp(self.held.0, self.held.1),

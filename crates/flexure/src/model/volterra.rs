@@ -9,7 +9,7 @@ use super::LARGEST_LAG;
 pub struct VolterraModel {
     /// The delay s in samples.
     pub delay: usize,
-    /// The input that the kernels' arguments are deviations from.
+    /// The input level; the kernels' arguments are deviations from it.
     pub input_level: f64,
     /// $h_0$, the output under that input.
     pub constant: f64,
@@ -45,7 +45,7 @@ impl VolterraModel {
         self.delay.saturating_add(self.first.len().max(self.second_memory))
     }
 
-    /// The response to `input`, one value a sample; before the record the input is taken to be at its level. NaN where there is a
+    /// The response to `input`, one value a sample; before the record the input is assumed to be at its level. NaN where there is a
     /// [`problem`](Self::problem).
     pub fn simulate(&self, input: &[f64]) -> Vec<f64> {
         if self.problem().is_some() {

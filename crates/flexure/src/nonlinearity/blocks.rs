@@ -1,9 +1,8 @@
 //! Sums over many points, block by block.
 //!
-//! The values of several functions at [`BLOCK`] points lie in [`Row`]s, those of one function together: loops
-//! over a row have no dependence from point to point, so that the compiler vectorises them, and products of rows
-//! run in registers. Pieces of a fixed number of points are summed in parallel and added in order: no sum depends
-//! on the number of threads.
+//! The values of several functions at [`BLOCK`] points lie in [`Row`]s, one row for each function. Loops over a row have no dependence
+//! between points, so the compiler vectorises them, and products of rows run in registers. Pieces of a fixed number of points are summed in
+//! parallel and added in order: no sum depends on the number of threads.
 
 use std::ops::Range;
 
@@ -65,7 +64,7 @@ pub(super) fn add_products(rows: &[Row], w: &Row, weighted: &mut Vec<Row>, packe
     weighted.extend(rows.iter().map(|row| std::array::from_fn(|p| w[p] * row[p])));
     let last = rows.len() - 1;
     for top in (0..=last).step_by(TILE.0) {
-        // Beyond the last row the same one again: the loops stay whole, and those products are not kept.
+        // Beyond the last row, the last row is repeated: the loops keep their size, and these products are dropped.
         let left = std::array::from_fn(|i| &weighted[last.min(top + i)]);
         for first in (0..=last.min(top + TILE.0 - 1)).step_by(TILE.1) {
             let right = std::array::from_fn(|j| &rows[last.min(first + j)]);

@@ -315,7 +315,7 @@ pub struct JointModel {
 }
 
 impl RigidAxis {
-    /// With the standard errors that its findings leave it.
+    /// The result without the standard errors that its findings make untrustworthy.
     pub(super) fn distrusted(mut self) -> Self {
         let doubt = Doubt::new(&self.findings);
         doubt.of_inertia(&mut self.inertia);
@@ -335,7 +335,7 @@ impl FlexibleAxis {
             .all(Estimated::is_positive)
     }
 
-    /// With the standard errors that its findings leave it.
+    /// The result without the standard errors that its findings make untrustworthy.
     pub(super) fn distrusted(mut self) -> Self {
         let doubt = Doubt::new(&self.link.findings);
         doubt.of_inertia(&mut self.motor_inertia);

@@ -147,7 +147,7 @@ pub(super) struct FreeCurves {
     pub noise: Vec<Vec<f64>>,
     /// The next finer splines, which show the details that those in use smooth away.
     pub finer: Vec<Splines>,
-    /// The splines beside which forms are tested.
+    /// The splines that are added to forms in their test.
     pub tested: Vec<Splines>,
 }
 
@@ -249,7 +249,7 @@ impl<'a> System<'a> {
             .collect()
     }
 
-    /// The splines beside which forms are tested.
+    /// The splines that are added to forms in their test.
     pub fn tested(&self) -> Vec<Splines> {
         self.curves.iter().map(|c| c.tested(self.modulation)).collect()
     }

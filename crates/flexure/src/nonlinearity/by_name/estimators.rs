@@ -1,4 +1,4 @@
-//! The estimators that have a name: what each is called and takes, and how it is fitted.
+//! The estimators that have a name: their names, parameters and fits.
 
 use std::fmt;
 
@@ -21,7 +21,7 @@ pub enum EstimatorName {
     /// The kernel estimate, a line fitted around every point (Fan 1993).
     #[default]
     LocalLinear,
-    /// The local line with a bandwidth, and a side, of its own at every point (Lepski 1990).
+    /// The local line with a separate bandwidth, and a side, at every point (Lepski 1990).
     LocalBandwidth,
     /// The mean over the nearest neighbours (Stone 1977).
     Neighbours,
@@ -78,7 +78,7 @@ impl EstimatorName {
         Self::ALL.into_iter().find(|e| e.name() == name)
     }
 
-    /// What it is, as it fits into a sentence.
+    /// Its description within a sentence.
     pub fn title(self) -> &'static str {
         match self {
             EstimatorName::Kernel => "kernel regression",
@@ -94,7 +94,7 @@ impl EstimatorName {
         }
     }
 
-    /// What its tuning parameter is called.
+    /// The name of its tuning parameter.
     pub fn parameter(self) -> &'static str {
         match self {
             EstimatorName::Kernel | EstimatorName::LocalLinear => "bandwidth",
@@ -142,10 +142,10 @@ impl EstimatorName {
 }
 
 impl Rule {
-    /// Whether it can choose the parameter of this estimator in so many columns.
+    /// Whether it can choose the parameter of this estimator with this number of columns.
     ///
-    /// The plug-in rule is made for the local line: the bias of a local constant has another formula, in which the slopes
-    /// of m and of the density count, and at the ends of the data another order.
+    /// The plug-in rule is made for the local line: the bias of a local constant has another formula, with the slopes of m and of the
+    /// density, and another order at the ends of the data.
     pub fn suits(self, estimator: EstimatorName, columns: usize) -> bool {
         use EstimatorName::{LocalBandwidth, LocalLinear};
         match (self, estimator) {
@@ -208,7 +208,7 @@ fn series(method: &NamedEstimator, basis: Basis, data: Observations) -> Result<N
 }
 
 fn polynomial(method: &NamedEstimator, data: Observations) -> Result<NamedFit> {
-    // Searches count terms, of which there is one more than the degree says.
+    // Searches count terms; there is one more than the degree.
     let terms = match count(method)? {
         Choice::Fixed(degree) => Choice::Fixed(degree + 1),
         Choice::FromData(criterion) => Choice::FromData(criterion),

@@ -1,4 +1,4 @@
-//! The kernel estimates by name: in one column by any rule, in several by those that know them.
+//! The kernel estimates by name: in one column by any rule, in several columns by the rules for them.
 
 use super::shared::{BLOCK_CRITERION, Observations, criterion_name, named, single};
 use super::{EstimatorName, LocalBandwidths, NamedEstimator, NamedFit, Rule, Scores, Tuning};
@@ -11,7 +11,7 @@ use crate::nonlinearity::{
 use crate::selection::{BandwidthSearch, BlockFolds, Criterion, choose_bandwidth};
 use crate::sort;
 
-/// Factors between the bandwidths of leave-one-out and those that blocks are asked about: from a quarter to eight times.
+/// Factors between the bandwidth of leave-one-out and the candidates for blocks: from a quarter to eight times.
 const FACTORS: std::ops::RangeInclusive<i32> = -4..=6;
 /// Values of a profile over several bandwidths.
 const PROFILE: usize = 24;
@@ -34,7 +34,7 @@ fn line(method: &NamedEstimator, degree: Degree, x: &[f64], observed: Observatio
     let data = Sorted::new(x, y, weights);
     let (bandwidth, scores) = match &method.tuning {
         Tuning::Fixed(values) => (single(method, values)?, None),
-        // Over the data that are sorted already.
+        // Uses the sorted data.
         Tuning::FromData(Rule::LeaveOneOut) => {
             let search = BandwidthSearch::with_degree(method.kernel, degree, &data);
             (
@@ -53,8 +53,7 @@ fn line(method: &NamedEstimator, degree: Degree, x: &[f64], observed: Observatio
     one_line(method, line, scores, observed)
 }
 
-/// The local line with local bandwidths; by Lepski's rule that with one bandwidth where local ones do not predict clearly
-/// better.
+/// The local line with local bandwidths; by Lepski's rule, the estimate with one bandwidth if local ones do not predict clearly better.
 pub(super) fn local_bandwidth(method: &NamedEstimator, observed: Observations) -> Result<NamedFit> {
     let estimator = LocalKernel {
         kernel: method.kernel,
@@ -133,7 +132,7 @@ fn score_at(scores: &Scores, parameter: f64) -> Option<f64> {
     Some(scores.score[place])
 }
 
-/// What putting the data in bins cost the scores of `search`.
+/// The error of the scores of `search` due to bins.
 fn binning_error(search: &BandwidthSearch) -> Option<f64> {
     search.binning.as_ref().map(|binning| binning.error)
 }
@@ -182,7 +181,7 @@ fn product(method: &NamedEstimator, degree: Degree, Observations { x, y, weights
             .and_then(best_score);
         return Ok(named(fit, scores, left_out));
     }
-    // In the proportions of leave-one-out, whose undersmoothing is a matter of scale.
+    // With the proportions of leave-one-out: only its scale undersmooths.
     let proportions = fit.bandwidths().to_vec();
     let scaled = |factor: f64| Bandwidth::Fixed(proportions.iter().map(|h| factor * h).collect());
     let factors: Vec<f64> = FACTORS.map(|k| (0.5 * f64::from(k)).exp2()).collect();
@@ -205,7 +204,7 @@ fn best_score(search: &KernelSearch) -> Option<f64> {
     found.map(|c| c.score).filter(|s| s.is_finite())
 }
 
-/// The smallest score among the bandwidths of about the same geometric mean; that of the chosen ones exactly.
+/// The smallest score among bandwidths with about the same geometric mean; for the chosen ones, the exact score.
 fn profile(search: &KernelSearch) -> Scores {
     let mut tried: Vec<(f64, f64)> = (search.curve.iter())
         .map(|c| (geometric_mean(&c.bandwidths), c.score))

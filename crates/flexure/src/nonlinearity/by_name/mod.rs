@@ -1,7 +1,7 @@
-//! Every estimator by its name: what command lines, files and bindings choose at run time.
+//! Every estimator by its name, for choices at run time by command lines, files and bindings.
 //!
-//! [`EstimatorName`] says what there is and what each one's tuning parameter is called; [`NamedEstimator`] fits
-//! any of them and says, in one form for all, what was chosen from the data and by which score.
+//! [`EstimatorName`] lists the estimators with the names of their tuning parameters. [`NamedEstimator`] fits any of them and reports, in
+//! one form for all, what was chosen from the data and by which score.
 
 mod estimators;
 mod kernels;
@@ -33,13 +33,13 @@ impl Default for Tuning {
     }
 }
 
-/// An estimator that was chosen by name, with everything that can be said of all of them.
+/// An estimator chosen by name, with the settings common to all.
 ///
 /// | parameter | purpose | valid range | default |
 /// |---|---|---|---|
 /// | `name` | the estimator | | local linear |
 /// | `tuning` | its parameter, see [`EstimatorName::parameter`] | that of the estimator | by leave-one-out |
-/// | `kernel` | the weight function, where it has one | | Epanechnikov |
+/// | `kernel` | the weight function, if it has one | | Epanechnikov |
 /// | `outside` | the estimate beyond the data's range | | NaN |
 /// | `seed` | of estimators and rules that draw random numbers | | 1 |
 ///
@@ -60,7 +60,7 @@ pub struct NamedEstimator {
     pub name: EstimatorName,
     /// Its parameter.
     pub tuning: Tuning,
-    /// The weight function of those that have one.
+    /// The weight function of estimators that have one.
     pub kernel: Kernel,
     /// The estimate beyond the data's range.
     pub outside: Outside,
@@ -83,31 +83,31 @@ impl Default for NamedEstimator {
 /// What [`NamedEstimator::fit`] returns.
 #[derive(Debug)]
 pub struct NamedFit {
-    /// The estimator: that of the method, but for local bandwidths that do not predict clearly better than one, where
-    /// it is [`EstimatorName::LocalLinear`].
+    /// The estimator: that of the method, or [`EstimatorName::LocalLinear`] if local bandwidths do not predict clearly better than one
+    /// bandwidth.
     pub name: EstimatorName,
     /// The fitted regression.
     pub regression: Box<dyn Regression>,
     /// The parameter, given or chosen: one value, or one bandwidth a column.
     pub parameter: Vec<f64>,
-    /// The scores of all values that were tried, where the parameter was chosen from the data.
+    /// The scores of all tried values, if the parameter was chosen from the data.
     pub scores: Option<Scores>,
-    /// The mean squared leave-one-out error at this parameter, in the squared unit of y, where it is known.
+    /// The mean squared leave-one-out error at this parameter, in the squared unit of y, if known.
     pub left_out: Option<f64>,
-    /// Local bandwidths, where they were used.
+    /// Local bandwidths, if they were used.
     pub local: Option<Box<LocalBandwidths>>,
 }
 
 impl NamedFit {
-    /// The kernel estimate with one bandwidth for which robust bands are made: the regression itself, or, beside local
-    /// bandwidths, the local line with the best single one.
+    /// The kernel estimate with one bandwidth, for robust bands: the regression itself or, with local bandwidths, the local line with the
+    /// best single bandwidth.
     pub fn one_bandwidth(&self) -> Option<&KernelFit> {
         let beside = self.local.as_ref().map(|local| &local.line);
         beside.or_else(|| self.regression.kernel_fit())
     }
 }
 
-/// What is known of local bandwidths.
+/// The results of local bandwidths.
 #[derive(Debug)]
 pub struct LocalBandwidths {
     /// The window at every node of the table, in order of x.
@@ -129,14 +129,14 @@ pub struct LocalBandwidths {
 pub struct Scores {
     /// The name of the score, for example "leave-one-out error".
     pub criterion: &'static str,
-    /// The values, increasing; of several bandwidths their geometric mean.
+    /// The values, increasing; for several bandwidths, their geometric mean.
     pub parameter: Vec<f64>,
     /// Their scores, in the squared unit of y; smaller is better, infinite where the fit is not determined.
     pub score: Vec<f64>,
-    /// Whether the best is the first or the last one tried where more could have been tried.
+    /// Whether the best is the first or the last tried one, although more could have been tried.
     pub at_edge: bool,
-    /// Where the scores come from data in bins, as with very many points: the largest relative difference to the exact
-    /// scores around the best. The best itself is then chosen among exact ones.
+    /// If the scores come from binned data, as with very many points: the largest relative difference to the exact scores around the best.
+    /// The best itself is then chosen by exact scores.
     pub binning_error: Option<f64>,
 }
 
@@ -165,8 +165,8 @@ impl NamedEstimator {
         estimators::fit(self, shared::Observations { x, y, weights })
     }
 
-    /// The estimator of a fit with its parameter, for refits to parts of the data; one whose parameter cannot be given stays as
-    /// it is.
+    /// The estimator of a fit with its parameter, for refits to parts of the data; an estimator whose parameter cannot be given is
+    /// unchanged.
     #[must_use]
     pub fn fixed(&self, fit: &NamedFit) -> NamedEstimator {
         let tuning = match fit.name.takes_parameter() {

@@ -1,4 +1,4 @@
-//! The recursive kernel estimate by name, over the points in the order in which they came.
+//! The recursive kernel estimate by name, over the points in their order.
 
 use super::shared::{Observations, Shown, named, number, tuned};
 use super::{NamedEstimator, NamedFit, Rule, Scores, Tuning};
@@ -27,15 +27,15 @@ pub(super) fn fit(method: &NamedEstimator, data: Observations) -> Result<NamedFi
     }
 }
 
-/// With the first bandwidth c at which the typical bandwidth is the one that a bootstrap finds for the estimate with one
-/// bandwidth for all points.
+/// The estimate with the first bandwidth c chosen such that the typical bandwidth equals the bootstrap's choice for the estimate with one
+/// bandwidth.
 fn resampled(
     method: &NamedEstimator,
     rule: Rule,
     make: impl Fn(Choice<f64>) -> RecursiveRegression,
     Observations { x, y, weights }: Observations,
 ) -> Result<NamedFit> {
-    // Its scale does not matter; the data are checked by it as for every other rule.
+    // The value does not matter; this fit checks the data as for every other rule.
     let first = make(Choice::Fixed(1.0)).fit(x, y, weights)?;
     let per_bandwidth = 1.0 / first.typical_bandwidth();
     let rule = rule.for_bandwidth(method.seed);
