@@ -1,18 +1,19 @@
-//! What stands alone, far from all that is near (Hampel 1974).
+//! Samples that stand alone, far from their neighbours (Hampel 1974).
 
 use crate::quantiles::NORMAL_MAD;
 use crate::record::bridged;
 use crate::{parallel, sort};
 
-/// Samples of a block over which the usual distance is taken. Convention.
+/// The number of samples in a block over which the usual distance is taken. Convention.
 const BLOCK: usize = 100;
 
-/// Usual distances from which a sample is an outlier. Normal ones have none in a million samples. Convention.
+/// A sample is an outlier from this many usual distances on. A million normal samples contain none. Convention.
 const OUTLIER: f64 = 8.0;
-/// Share of the samples above which what stands alone is the nature of the noise. Convention: least squares of ten times as many others hold.
+/// If more than this share of the samples stand alone, that is the nature of the noise. Convention: ten times as many other samples keep
+/// least squares right.
 const MOST_OUTLIERS: f64 = 0.1;
 
-/// The samples of a signal that stand alone; those that are missing do not count.
+/// The samples of a signal that stand alone. Missing samples do not count.
 ///
 /// ```
 /// let mut errors: Vec<f64> = (0..500).map(|k| f64::from(k * 37 % 101)).collect();
@@ -21,7 +22,7 @@ const MOST_OUTLIERS: f64 = 0.1;
 /// ```
 pub fn standing_alone(signal: &[f64]) -> Vec<usize> {
     let known = bridged(signal);
-    // Smooth errors are their own running median.
+    // Smooth errors equal their running median.
     let spread = spread(&known).max(f64::MIN_POSITIVE);
     let found = far(&distances(&known), OUTLIER, spread).into_iter();
     let found: Vec<usize> = found.filter(|t| signal[*t].is_finite()).collect();
@@ -31,7 +32,7 @@ pub fn standing_alone(signal: &[f64]) -> Vec<usize> {
     }
 }
 
-/// How far every sample is from the running median of five, which leaves steps as they are.
+/// The distance of every sample from the running median of five. That median keeps steps as they are.
 pub(crate) fn distances(samples: &[f64]) -> Vec<f64> {
     let n = samples.len();
     let distance = |t: usize| {
@@ -65,7 +66,7 @@ pub fn far_along(places: &[f64], distances: &[f64], times: f64, least: f64) -> V
     found
 }
 
-/// The distances of more than `times` the standard deviation that is usual nearby, which is at least `least`.
+/// The distances of more than `times` the usual standard deviation nearby. That deviation is taken as at least `least`.
 pub fn far(distances: &[f64], times: f64, least: f64) -> Vec<usize> {
     let usual: Vec<f64> = distances
         .chunks(BLOCK)

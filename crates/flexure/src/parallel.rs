@@ -1,7 +1,7 @@
 //! Independent jobs over all cores.
 //!
-//! All jobs of the crate go through one loop, which calls them through a pointer: rayon's machinery is then compiled once, and
-//! not for every kind of job.
+//! All jobs of the crate go through one loop, which calls them through a pointer. So rayon's code is compiled once, not for every kind of
+//! job.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -9,16 +9,16 @@ use rayon::prelude::*;
 
 use crate::interrupt;
 
-/// Jobs are handed out in at most about so many pieces.
+/// Jobs are handed out in at most about this many pieces.
 const PIECES: usize = 256;
 
-/// The numbers of a piece of a signal: enough that handing it out is nothing beside it.
+/// The samples in a piece of a signal. The piece is so long that the cost of handing it out is negligible.
 const PIECE: usize = 1 << 15;
 
 /// Runs `run` on every job, over all cores of the current rayon thread pool.
 ///
-/// The results are in the order of the jobs. A job sees nothing of the others, so that every result
-/// is, bit for bit, the same for any number of threads.
+/// The results are in the order of the jobs. A job does not see the others, so every result is the same, bit for bit, for any number of
+/// threads.
 pub fn batch<J, R, F>(jobs: &[J], run: F) -> Vec<R>
 where
     J: Sync,
@@ -28,7 +28,7 @@ where
     map(jobs.len(), |i| run(&jobs[i]))
 }
 
-/// The numbers that belong to 0, 1, ..., `count` - 1, by pieces over all cores.
+/// The values of `of` at 0, 1, ..., `count` - 1, in pieces over all cores.
 pub(crate) fn numbers(count: usize, of: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
     if count <= PIECE {
         return (0..count).map(of).collect();
@@ -37,7 +37,7 @@ pub(crate) fn numbers(count: usize, of: impl Fn(usize) -> f64 + Sync) -> Vec<f64
     map(count.div_ceil(PIECE), piece).concat()
 }
 
-/// Between two jobs, work that is asked to stop ends. The values of `of` at 0, 1, ..., `count` - 1, as by [`batch`].
+/// The values of `of` at 0, 1, ..., `count` - 1, as by [`batch`]. Work that is asked to stop ends between two jobs.
 pub(crate) fn map<R: Send>(count: usize, of: impl Fn(usize) -> R + Sync) -> Vec<R> {
     let results: Vec<Mutex<Option<R>>> = (0..count).map(|_| Mutex::new(None)).collect();
     let watching = interrupt::watching();

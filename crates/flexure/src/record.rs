@@ -1,15 +1,15 @@
-//! A record: named, sampled signals of equal length, one sample an instant.
+//! A record: named, sampled signals of equal length, with one sample for each instant.
 
 use std::collections::HashSet;
 
 use crate::error::{DataError, Error, Result};
 use crate::sort;
 
-/// Deviation of a time step from the median step, in steps, at which samples are missing rather than late.
+/// If a time step deviates from the median step by more than this, in steps, samples are missing and not just late.
 const GAP: f64 = 0.5;
 /// Largest deviation of an instant from the uniform grid, in steps, that counts as jitter of the logger's clock.
 ///
-/// A signal taken late by a tenth of a step is off by a tenth of its change over the step.
+/// If a sample is late by a tenth of a step, its error is a tenth of the signal's change over the step.
 const JITTER: f64 = 0.1;
 
 /// The uniform clock of a record's instants.
@@ -17,7 +17,7 @@ const JITTER: f64 = 0.1;
 pub struct SampleClock {
     /// The sample time.
     pub step: f64,
-    /// The largest deviation of an instant from the uniform grid, in steps: of printed digits, or of a clock that is not exact.
+    /// The largest deviation of an instant from the uniform grid, in steps. Its cause is printed digits or an inexact clock.
     pub jitter: f64,
 }
 
@@ -48,7 +48,7 @@ impl Record {
         Ok(record)
     }
 
-    /// A record of columns that are known to differ in name and agree in length.
+    /// A record of columns that are known to have different names and equal lengths.
     pub(crate) fn from_equal<const N: usize>(columns: [(&str, Vec<f64>); N]) -> Self {
         Record {
             names: columns.iter().map(|c| c.0.to_owned()).collect(),
@@ -68,7 +68,7 @@ impl Record {
         self.push_other(name, samples)
     }
 
-    /// Adds a column whose name is no other's.
+    /// Adds a column whose name is known to be new.
     fn push_other(&mut self, name: String, samples: Vec<f64>) -> Result<()> {
         if let Some(first) = self.columns.first()
             && first.len() != samples.len()
@@ -80,7 +80,7 @@ impl Record {
         Ok(())
     }
 
-    /// The number of samples a column.
+    /// The number of samples in each column.
     pub fn len(&self) -> usize {
         self.columns.first().map_or(0, Vec::len)
     }
@@ -103,7 +103,7 @@ impl Record {
             .zip(self.columns.iter().map(Vec::as_slice))
     }
 
-    /// The samples of one column, as they are.
+    /// The samples of one column, unchecked.
     ///
     /// # Errors
     /// [`Error::Data`]: `MissingColumn`.
@@ -129,7 +129,7 @@ impl Record {
         }
     }
 
-    /// The sample time, from a column of sample instants that must be uniform and increasing: the step of [`Record::sample_clock`].
+    /// The sample time: the step of [`Record::sample_clock`], from a column of uniform, increasing sample instants.
     ///
     /// # Errors
     /// As [`Record::sample_clock`].
@@ -160,7 +160,8 @@ impl Record {
     }
 }
 
-/// The sizes of a column's largest value whose squares, and whose differences' squares, neither overflow nor vanish.
+/// The allowed sizes of a column's largest value. Within them, neither the squares of values nor those of their differences overflow or
+/// vanish.
 pub const SIZES: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
 
 /// The largest absolute value of a column, if all are finite and their squares neither overflow nor vanish.
@@ -174,7 +175,7 @@ pub fn check_values(column: &str, values: &[f64]) -> Result<f64> {
     }
     let column = column.to_owned();
     let is_huge = |v: &f64| v.abs() > *SIZES.end();
-    // A few among others are wrong; else all are in a unit too small.
+    // A few huge values among others are wrong. If most are huge, the unit is too small.
     let huge = values.iter().filter(|v| is_huge(v)).count();
     Err(Error::Data(match values.iter().position(is_huge) {
         Some(sample) if 2 * huge < values.len() => DataError::TooLarge {
@@ -223,8 +224,8 @@ pub(crate) fn sample_clock(t: &[f64]) -> Result<SampleClock> {
     })
 }
 
-/// The slope of the least-squares line through the instants over their numbers: unlike the mean step, it does not depend on the first and
-/// the last of them alone.
+/// The slope of the least-squares line through the instants over their numbers. The mean step would depend only on the first and the last
+/// instant.
 fn least_squares_step(t: &[f64]) -> f64 {
     let middle = (t.len() - 1) as f64 / 2.0;
     let places = || (0..t.len()).map(|i| i as f64 - middle);
@@ -232,7 +233,7 @@ fn least_squares_step(t: &[f64]) -> f64 {
     product / places().map(|place| place * place).sum::<f64>()
 }
 
-/// The samples with missing ones on the straight line between their neighbours; zeros if all are missing.
+/// The samples; missing ones are put on the straight line between their neighbours. Zeros if all are missing.
 pub(crate) fn bridged(samples: &[f64]) -> Vec<f64> {
     let mut out = samples.to_vec();
     let known: Vec<usize> = (0..out.len()).filter(|&i| !out[i].is_nan()).collect();
@@ -256,7 +257,7 @@ pub(crate) fn bridged(samples: &[f64]) -> Vec<f64> {
 pub(crate) fn rounded_step(mean: f64, t: &[f64], deviation: f64) -> f64 {
     let largest = t.iter().fold(0.0_f64, |largest, t| largest.max(t.abs()));
     let uncertainty = (2.0 * f64::EPSILON * largest + deviation) / (t.len() - 1) as f64;
-    // Of a sum of as many terms.
+    // The rounding of a sum of `t.len()` terms.
     let rounding = f64::EPSILON * mean * (t.len() as f64).sqrt();
     let to_digits = |digits: usize| format!("{mean:.digits$e}").parse().unwrap_or(mean);
     let mut rounded = (0..16).map(to_digits);
@@ -333,12 +334,12 @@ mod tests {
         ] {
             for n in [2, 3, 100, 4001] {
                 let t = (0..n).map(|i| start + step * f64::from(i)).collect();
-                // Two instants of 1.7e9 s have a step to 2e-7 s alone.
+                // Two instants of 1.7e9 s determine their step only to 2e-7 s.
                 let known = if start > 1e9 { 1e-6 / f64::from(n) } else { 0.0 };
                 assert!((step_of(t) - step).abs() <= known, "{start} {step} {n}");
             }
         }
-        // What is no short decimal stays what it is.
+        // A step that is not a short decimal stays unchanged.
         let rate = |n: u32| step_of((0..n).map(|i| f64::from(i) / 48e3).collect());
         assert!((rate(4000) * 48e3 - 1.0).abs() < 1e-14, "{}", rate(4000));
         // Printed to 1e-6, a third of a millisecond is known to 1e-9.

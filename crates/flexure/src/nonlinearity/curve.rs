@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 
-/// What a tabulated curve is outside its abscissas.
+/// The values of a tabulated curve outside its abscissas.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
 #[serde(rename_all = "snake_case")]
 pub enum Outside {
@@ -41,7 +41,7 @@ impl TryFrom<Table> for Curve {
 }
 
 impl Curve {
-    /// A curve through the points `(x[i], y[i])`, at least one, `x` strictly increasing.
+    /// A curve through the points `(x[i], y[i])`: at least one, with strictly increasing `x`.
     ///
     /// # Errors
     /// [`Error::Data`]: `TooShort`, `LengthMismatch`, `NonFinite`, and
@@ -83,7 +83,7 @@ impl Curve {
         self.x[0] <= u && u <= self.x[self.x.len() - 1]
     }
 
-    /// What it is beyond its points.
+    /// Its values beyond its points.
     pub fn outside(&self) -> Outside {
         self.outside
     }

@@ -24,14 +24,13 @@ pub trait Regression: Debug + Send + Sync {
 
     /// The estimates at the points whose coordinates are the columns `x`, all of one length.
     ///
-    /// NaN for a point with a coordinate that is NaN, and where the estimator's policy says that nothing
-    /// is known.
+    /// An estimate is NaN if a coordinate of its point is NaN, and where the estimator's policy says that nothing is known.
     ///
     /// # Errors
     /// [`Error::Parameter`]: `ColumnCount` for a number of columns other than `dimension()`, [`Error::Data`]: `LengthMismatch`.
     fn predict(&self, x: &[&[f64]]) -> Result<Vec<f64>>;
 
-    /// The kernel fit in one variable that this is, if it is one: for its standard errors.
+    /// This fit as a kernel fit in one variable, if it is one. Its standard errors need that.
     fn kernel_fit(&self) -> Option<&KernelFit> {
         None
     }
@@ -44,8 +43,8 @@ pub trait Estimator: Debug + Sized {
 
     /// Estimates m from the points whose coordinates are the columns `x`, with the ordinates `y`.
     ///
-    /// A point of weight w counts as w points; a point of weight zero is not there; without weights every
-    /// point counts once. Nothing depends on the order of the points.
+    /// A point of weight w counts as w points. A point of weight zero does not count. Without weights every point counts once. Nothing
+    /// depends on the order of the points.
     ///
     /// # Errors
     /// [`Error::Parameter`]: `ColumnCount`, [`Error::Data`]: `LengthMismatch`, `NonFinite`, `Unit` for a column whose largest
@@ -102,7 +101,7 @@ impl Estimator for KernelRegression {
     }
 }
 
-/// `dimension` query columns of one length; their points may be anything, NaN included.
+/// Checks for `dimension` query columns of one length. Their values may be anything, even NaN.
 pub(crate) fn check_queries<'a, 'b>(x: &'a [&'b [f64]], dimension: usize) -> Result<&'a [&'b [f64]]> {
     if x.len() != dimension {
         return Err(Error::Parameter(ParameterError::ColumnCount {
@@ -141,13 +140,12 @@ pub(crate) struct Checked<'a> {
     pub x: &'a [&'a [f64]],
     /// The ordinates.
     pub y: &'a [f64],
-    /// The weights, zero or positive; none stands for ones.
+    /// The weights, zero or positive. `None`: every weight is 1.
     pub w: Option<&'a [f64]>,
 }
 
 impl<'a> Checked<'a> {
-    /// Checks the data of an estimator called `what` that takes at most `most` columns; at least one point of
-    /// positive weight.
+    /// Checks the data of an estimator called `what` that takes at most `most` columns. At least one point must have a positive weight.
     pub fn new(
         what: &'static str,
         most: usize,
@@ -229,8 +227,7 @@ pub(crate) struct Points {
 }
 
 impl Points {
-    /// Checks and sorts the data of an estimator called `what` that takes at most `most` columns; at least one
-    /// point.
+    /// Checks and sorts the data of an estimator called `what` that takes at most `most` columns. There must be at least one point.
     pub fn new(what: &'static str, most: usize, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<Points> {
         Ok(Checked::new(what, most, x, y, weights)?.sorted())
     }
@@ -248,7 +245,7 @@ impl Points {
         weighted_mean(&self.y, Some(&self.w))
     }
 
-    /// The root mean square of the ordinates, by which rounding is distinguished from error.
+    /// The root mean square of the ordinates. It serves to distinguish rounding from error.
     pub fn size(&self) -> f64 {
         (self.y.iter().map(|y| y * y).sum::<f64>() / self.len() as f64).sqrt()
     }
@@ -267,7 +264,7 @@ impl Points {
     }
 }
 
-/// Evaluates an estimate in one variable over `range`, and what `outside` says beyond.
+/// Evaluates an estimate in one variable. Within `range` the estimate applies, beyond it `outside`.
 pub(crate) fn evaluate(
     x: &[f64],
     range: (f64, f64),

@@ -169,7 +169,7 @@ fn discrete_rows<const N: usize>(t: &[f64; N], first: f64, steps: &[RecurrenceSt
     }
 }
 
-/// Two values of a three-term recurrence that follow each other, at N points.
+/// Two consecutive values of a three-term recurrence, at N points.
 struct Recurrence<const N: usize> {
     before: [f64; N],
     now: [f64; N],

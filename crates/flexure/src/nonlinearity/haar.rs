@@ -1,9 +1,8 @@
 //! The Haar series: means over the cells of a dyadic partition.
 //!
 //! Least squares on the Haar wavelets of the levels below L is the mean of each of the 2^L equal cells of the
-//! data's range. A cell without data has no wavelet coefficients of its own: it takes the mean of the smallest
-//! dyadic interval around it that has data, and so does a cell whose only point is left out.
-//! Reference: Greblicki and Pawlak (2008), ch. 7.
+//! data's range. A cell without data has no wavelet coefficients of its own. It takes the mean of the smallest dyadic interval around it
+//! that has data. So does a cell whose only point is left out. Reference: Greblicki and Pawlak (2008), ch. 7.
 
 use super::Outside;
 use super::estimator::{Choice, Estimator, Points, Regression, check_queries, evaluate};
@@ -83,15 +82,14 @@ struct Grid {
 }
 
 impl Grid {
-    /// The cell of the partition into `1 << levels` that contains `x`; each contains its left end, and the last
-    /// its right end too.
+    /// The cell that contains `x`, of `1 << levels` cells. Each contains its left end, and the last one also its right end.
     fn cell(self, x: f64, levels: usize) -> usize {
         let length = if self.high > self.low {
             self.high - self.low
         } else {
             1.0
         };
-        // The finest cell, shifted: partitions nest exactly whatever the rounding.
+        // The index of the finest cell is shifted: so the partitions nest exactly, in spite of rounding.
         let finest = (1_usize << MOST_LEVELS) as f64;
         let cell = ((x - self.low) / length * finest) as usize;
         cell.min((1 << MOST_LEVELS) - 1) >> (MOST_LEVELS - levels)
@@ -138,7 +136,7 @@ impl Tree {
             let own = self.levels[levels][cell];
             trace += w / own.0;
             residual += w * (y - own.1 / own.0).powi(2);
-            // Without the point: the smallest interval around that has another.
+            // Without the point: the smallest interval around it that holds another point.
             let others = (0..=levels)
                 .map(|up| self.levels[levels - up][cell >> up])
                 .find(|s| s.0 - w > ALONE * s.0);
@@ -148,7 +146,7 @@ impl Tree {
     }
 }
 
-/// A smaller share of an interval's weight than this is rounding: there is no other point.
+/// If the rest of an interval's weight is below this share, it is rounding: there is no other point.
 const ALONE: f64 = 1e-12;
 
 /// A fitted Haar series.

@@ -2,16 +2,15 @@
 //!
 //! The functions are orthonormalised on the data, by the Cholesky factor of their Gram matrix, twice
 //! (Yamamoto, Nakatsukasa, Yanagisawa, Fukaya 2015, "CholeskyQR2"): the second pass removes what the
-//! rounding of the first leaves. Orthonormalisation keeps the order, so that the fit, its leverages and
-//! with them the exact leave-one-out residuals of every K come from one pass over the points:
-//! O(n K^2) time, O(K^2) memory.
+//! rounding of the first leaves. Orthonormalisation keeps the order. So one pass over the points gives, for every K, the fit, its leverages
+//! and the exact leave-one-out residuals: O(n K^2) time, O(K^2) memory.
 
 use super::blocks::{BLOCK, Row, add_products, dot, load, rows, sum_over};
 use super::estimator::Points;
 use super::functions::Functions;
 use crate::selection::{ScoredParameter, UNDETERMINED};
 
-/// A function counts as a combination of those before it when no more than this share of its square is left.
+/// A function counts as a combination of those before it if no more than this share of its square remains.
 const DEPENDENT: f64 = 1e-12;
 
 /// Right-hand sides that are solved for together, in registers.
@@ -34,9 +33,8 @@ fn packed(n: usize) -> usize {
 }
 
 impl Nested {
-    /// Fits up to `most` functions to the first column; `offset` is taken off the ordinates, so the functions
-    /// must contain the constant where it is not zero. Stops before the first function that the data do not
-    /// distinguish from the ones before it.
+    /// Fits up to `most` functions to the first column. `offset` is subtracted from the ordinates. If it is not zero, the functions must
+    /// contain the constant. Stops before the first function that the data cannot distinguish from those before it.
     pub fn fit(functions: Functions, most: usize, points: &Points, offset: f64) -> Nested {
         let gram = products(points, packed(most), most, |x, _, v| functions.rows(x, v));
         let first = Lower::cholesky(gram, most);
@@ -193,7 +191,7 @@ impl Lower {
     }
 }
 
-/// One row of a forward substitution: v becomes (v - sum of `row` times `done`) over the row's last entry.
+/// One row of a forward substitution: v becomes (v - sum of `row` times `done`) divided by the row's last entry.
 fn substitute<'a, const N: usize>(row: &[f64], done: impl Iterator<Item = &'a [f64; N]>, v: &mut [f64; N]) {
     let mut sums = [0.0; N];
     for (a, q) in row.iter().zip(done) {

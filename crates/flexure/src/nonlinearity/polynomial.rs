@@ -1,7 +1,7 @@
 //! Polynomial least squares, in the polynomials that are orthogonal on the data.
 //!
-//! Their three-term recurrence is found by the procedure of Stieltjes (Forsythe 1957), on the data's range
-//! mapped to [-1, 1]: neither a large offset of x nor a high degree spoils the digits.
+//! Their three-term recurrence is found by the procedure of Stieltjes (Forsythe 1957), on the data's range mapped to [-1, 1]. So neither a
+//! large offset of x nor a high degree costs digits.
 
 use super::Outside;
 use super::estimator::{Choice, Estimator, Points};
@@ -21,7 +21,7 @@ const HIGHEST_TRIED: usize = 20;
 /// | `degree` | the degree | 0 to 64, less than the number of distinct x | by leave-one-out, at most 20 |
 /// | `outside` | the estimate beyond the data's range | | NaN |
 ///
-/// [`SeriesFit::terms`] is one more than the degree, and so are the parameters in [`SeriesFit::search`].
+/// [`SeriesFit::terms`] is the degree plus one, and so are the parameters in [`SeriesFit::search`].
 ///
 /// ```
 /// use flexure::nonlinearity::{Choice, Estimator, Outside, PolynomialRegression, Regression};

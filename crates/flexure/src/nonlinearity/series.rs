@@ -2,8 +2,8 @@
 //!
 //! $$ m_n(x) = \sum_{k < K} c_k \varphi_k(x), \qquad c = \arg\min \sum_i w_i \Bigl(Y_i - \sum_k c_k \varphi_k(X_i)\Bigr)^2 . $$
 //!
-//! Least squares on the abscissas there are, rather than integrals against an estimated density: exact where m
-//! is such a sum, whatever the distribution of X. References: Greblicki and Pawlak (1985; 2008, ch. 6).
+//! Least squares on the abscissas of the data, not integrals with an estimated density: if m is such a sum, the fit is exact for any
+//! distribution of X. References: Greblicki and Pawlak (1985; 2008, ch. 6).
 
 use serde::{Deserialize, Serialize};
 
@@ -14,19 +14,19 @@ use super::least_squares::Nested;
 use crate::error::{Error, ParameterError, Result};
 use crate::selection::{OpenEnds, Search};
 
-/// The most terms of a series: beyond, the cost O(n K^2) and the functions' rounding speak for another estimator.
+/// The most terms of a series. For more terms another estimator is better: the cost is O(n K^2), and the functions' rounding grows.
 const MOST_TERMS: usize = 256;
 /// The most terms tried when the data choose.
 const ALWAYS_TRIED: usize = 64;
-/// Up to this many products all terms are tried.
+/// If the search takes at most this many products, all terms are tried.
 const MOST_WORK: f64 = 1e9;
 
 /// The functions of an orthogonal series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Basis {
-    /// 1, cos, sin, cos 2, sin 2, ... with the data's range as the period: for m with equal values and slopes
-    /// at the ends. The number of terms is chosen among the odd ones, whole frequencies.
+    /// 1, cos, sin, cos 2, sin 2, ... with the data's range as the period: for m with equal values and slopes at the ends. The number of
+    /// terms is chosen among the odd numbers, so that every frequency has both functions.
     Fourier,
     /// 1, cos, cos 2, ... with the data's range as half the period: m need not be periodic.
     Cosine,
@@ -51,7 +51,7 @@ impl Basis {
         }
     }
 
-    /// What a series of these functions is called.
+    /// The name of a series of these functions.
     pub fn title(self) -> &'static str {
         match self {
             Basis::Fourier => "Fourier series",
@@ -89,10 +89,10 @@ pub(super) struct Location {
     pub scale: f64,
 }
 
-/// Centre and scale of the data `x`, increasing, with the weights `w`.
+/// Centre and scale of the increasing data `x` with the weights `w`.
 pub(super) fn location(x: &[f64], w: &[f64]) -> Location {
     let total: f64 = w.iter().sum();
-    // The mean of the lower and the upper quantile: mirrored data give the mirrored result.
+    // The mean of the lower and the upper quantile, so that mirrored data give the mirrored result.
     let quantile = |p: f64| {
         let (mut sum, mut lower, mut upper) = (0.0, None, x[x.len() - 1]);
         for (x, w) in x.iter().zip(w) {
@@ -180,8 +180,7 @@ impl Estimator for SeriesRegression {
     }
 }
 
-/// The most terms worth a try for so many points: a third of these, 8 n^(1/3) where that is more, as far as the cost of
-/// the search, n K^2, allows.
+/// The most terms worth trying for n points: n/3, or 8 n^(1/3) if that is more, as far as the cost of the search, n K^2, allows.
 pub(super) fn most_tried(points: &Points) -> usize {
     let n = points.len() as f64;
     let affordable = ((MOST_WORK / n).sqrt() as usize).clamp(ALWAYS_TRIED, MOST_TERMS);
@@ -195,14 +194,14 @@ pub(super) struct Family {
     pub constant: bool,
     /// Candidates are 1, 1 + step, 1 + 2 step, ... terms.
     pub step: usize,
-    /// The public name of the number of terms ...
+    /// The public name of the number of terms.
     pub parameter: &'static str,
-    /// ... and what its public value is less.
+    /// The public value is the number of terms minus this.
     pub less: usize,
 }
 
 impl Family {
-    /// Fits the given number of terms, or the best of up to `tried`.
+    /// Fits the given number of terms, or the best number up to `tried`.
     pub fn fit(self, points: &Points, terms: Choice<usize>, tried: usize, outside: Outside) -> Result<SeriesFit> {
         let distinct = points.distinct().len();
         let (wanted, most) = match terms {

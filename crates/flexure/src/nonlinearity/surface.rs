@@ -26,7 +26,7 @@ impl SurfaceAxis {
         self.pieces + OVERLAP - 1
     }
 
-    /// The B-splines that are not zero at `x`, held within the ends.
+    /// The B-splines that are not zero at `x`. An `x` beyond an end counts as that end.
     fn local(&self, x: f64) -> LocalValues<OVERLAP> {
         let place = ((x - self.low) / (self.high - self.low) * self.pieces as f64).clamp(0.0, self.pieces as f64);
         let first = (place as usize).min(self.pieces - 1);
@@ -76,8 +76,8 @@ impl TryFrom<Table> for Surface {
 }
 
 impl Surface {
-    /// A surface over the box of these axes, one to six; the coefficients are those of the products of B-splines, pieces + 3
-    /// of them along every axis, the last axis's index running fastest.
+    /// A surface over the box of these axes, one to six. The coefficients are those of the products of B-splines: pieces + 3 along every
+    /// axis, and the last axis's index runs fastest.
     ///
     /// # Errors
     /// [`Error::Parameter`] for an axis without pieces or with ends that are not finite or not in order,
@@ -115,11 +115,12 @@ impl Surface {
         Ok(Surface { axes, coefficients })
     }
 
-    /// The surface through values on a grid, the last axis's index running fastest: cubic splines whose second derivatives at the ends
-    /// come from the four values there, so that cubics are reproduced. An axis has a point at either end of every piece.
+    /// The surface through values on a grid, where the last axis's index runs fastest. It consists of cubic splines. Their second
+    /// derivatives at the ends come from the four values there, so that cubics are reproduced. An axis has a point at either end of every
+    /// piece.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for an axis of less than three pieces; those of [`Surface::new`].
+    /// [`Error::Parameter`] for an axis of fewer than three pieces; those of [`Surface::new`].
     pub fn through(axes: Vec<SurfaceAxis>, values: &[f64]) -> Result<Self> {
         for (i, axis) in axes.iter().enumerate() {
             if axis.pieces < 3 {
@@ -162,7 +163,7 @@ impl Surface {
         self.axes.len()
     }
 
-    /// The coefficients, the last axis's index running fastest.
+    /// The coefficients; the last axis's index runs fastest.
     pub fn coefficients(&self) -> &[f64] {
         &self.coefficients
     }
@@ -172,7 +173,7 @@ impl Surface {
         (self.axes.iter().zip(x)).all(|(axis, x)| axis.low <= *x && *x <= axis.high)
     }
 
-    /// The value at a point, one coordinate an input; NaN where one is NaN or missing.
+    /// The value at a point with one coordinate for each input. NaN if one is NaN or missing.
     pub fn value(&self, x: &[f64]) -> f64 {
         if x.len() < self.axes.len() || x.iter().any(|x| x.is_nan()) {
             return f64::NAN;
@@ -182,7 +183,7 @@ impl Surface {
         sum
     }
 
-    /// The values at all samples of signals, one an input.
+    /// The values at all samples of the signals, one signal for each input.
     pub fn values(&self, signals: &[&[f64]]) -> Vec<f64> {
         let samples = signals.first().map_or(0, |s| s.len());
         let mut at = vec![0.0; signals.len()];
@@ -200,7 +201,7 @@ impl Surface {
         Surface { axes, coefficients }
     }
 
-    /// The surface over the same box with other coefficients; `None` unless there are as many, all finite.
+    /// The surface over the same box with other coefficients. `None` if their number differs or one is not finite.
     pub(crate) fn with_coefficients(&self, coefficients: Vec<f64>) -> Option<Surface> {
         Surface::new(self.axes.clone(), coefficients).ok()
     }
@@ -238,7 +239,7 @@ fn interpolating(f: &[f64]) -> Vec<f64> {
     c
 }
 
-/// Tells the index and the value of every product of B-splines that is not zero at a point.
+/// Passes to `visit` the index and the value of every product of B-splines that is not zero at a point.
 pub(crate) fn products(axes: &[SurfaceAxis], x: &[f64], visit: &mut impl FnMut(usize, f64)) {
     fn along(axes: &[SurfaceAxis], x: &[f64], index: usize, value: f64, visit: &mut impl FnMut(usize, f64)) {
         let (Some((axis, axes)), Some((x, rest))) = (axes.split_first(), x.split_first()) else {

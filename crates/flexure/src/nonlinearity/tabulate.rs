@@ -1,10 +1,10 @@
-//! An estimate as a tabulated curve, fine where the data are dense.
+//! An estimate as a tabulated curve. It has more points where the data are dense.
 
 use super::{Curve, Outside, Regression};
 use crate::error::Result;
 use crate::sort::sorted;
 
-/// Evenly spaced points over the data's range, and as many at the data's quantiles.
+/// The number of evenly spaced points over the data's range, and of points at the data's quantiles.
 const POINTS: usize = 301;
 
 /// An estimate as a curve.
@@ -18,9 +18,8 @@ pub struct Tabulated {
 
 /// An estimate in one variable as a curve over the range of its abscissas `x`.
 ///
-/// Half of the points are evenly spaced, half lie at quantiles of the data; data of few distinct
-/// abscissas are tabulated at those. Where no data are within reach there is no point, and the curve is
-/// straight across.
+/// Half of the points are evenly spaced, half lie at quantiles of the data. If the data have few distinct abscissas, these are the points.
+/// Where no data are within reach there is no point, and the curve is straight.
 ///
 /// # Errors
 /// Those of [`Regression::predict`] and of [`Curve::new`].

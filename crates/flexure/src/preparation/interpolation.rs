@@ -2,8 +2,8 @@
 //!
 //! Between neighbours at distance h_i the spline is the cubic with the second derivatives M_i at its ends, and
 //! $$ h_{i-1} M_{i-1} + 2 (h_{i-1} + h_i) M_i + h_i M_{i+1} = 6 (d_i - d_{i-1}), \quad d_i = (y_{i+1} - y_i) / h_i. $$
-//! Not-a-knot: the first two cubics are one, and so are the last two (de Boor 1978, chapter IV). Three points have a parabola, two a line. The error
-//! is of order h^4.
+//! Not-a-knot: the first two cubics are one, and so are the last two (de Boor 1978, chapter IV). Through three points it is a parabola,
+//! through two a line. The error is of order h^4.
 
 /// A spline through points.
 pub(super) struct Spline<'a> {
@@ -14,7 +14,7 @@ pub(super) struct Spline<'a> {
 }
 
 impl<'a> Spline<'a> {
-    /// Through at least one point; `x` strictly increasing.
+    /// The spline through at least one point, with strictly increasing `x`.
     pub(super) fn new(x: &'a [f64], y: &'a [f64]) -> Self {
         Spline {
             x,
@@ -23,7 +23,7 @@ impl<'a> Spline<'a> {
         }
     }
 
-    /// The value at `at`, between the first and the last point; beyond them that of the end.
+    /// The value at `at`. Beyond the first and the last point it is the value of that point.
     pub(super) fn value(&self, at: f64) -> f64 {
         let (x, y) = (self.x, self.y);
         let last = x.len() - 1;
@@ -54,7 +54,7 @@ fn bends(x: &[f64], y: &[f64]) -> Vec<f64> {
     if n == 3 {
         return vec![right(1) / (3.0 * (h[0] + h[1])); n];
     }
-    // Rows 1 to n - 2: what stands before, on and behind the diagonal. The end conditions
+    // Rows 1 to n - 2: the entries before, on and after the diagonal, and the right-hand side. The end conditions
     // M_0 = M_1 - (h_0/h_1) (M_2 - M_1), and likewise at the other end, are put into the first and the last row.
     let mut rows: Vec<[f64; 4]> = (1..n - 1)
         .map(|i| [h[i - 1], 2.0 * (h[i - 1] + h[i]), h[i], right(i)])
@@ -87,7 +87,7 @@ fn bends(x: &[f64], y: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// A cubic is its own spline: interpolation of order 4 has no other error.
+    /// The spline through a cubic is the cubic itself, so interpolation is of order 4.
     #[test]
     fn cubics_are_reproduced_from_uneven_points() {
         let cubic = |x: f64| 1.0 - 2.0 * x + 0.5 * x * x - 0.25 * x * x * x;

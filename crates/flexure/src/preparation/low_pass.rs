@@ -2,12 +2,12 @@
 //!
 //! The analogue filter of even order N has the gain (1 + (f/f_c)^(2N))^(-1/2) and the pole pairs of
 //! $$ s^2 + 2 \sin\theta_k\, s + 1, \quad \theta_k = \frac{(2k - 1)\pi}{2N},\ k = 1, ..., N/2 $$
-//! (Butterworth 1930). The bilinear transform with the frequency bent back, K = tan(pi f_c h), makes of each pair a section
+//! (Butterworth 1930). The bilinear transform with prewarping, K = tan(pi f_c h), turns each pair into a section
 //! $$ H(z) = \frac{K^2 (1 + z^{-1})^2}{(1 + 2\sin\theta\,K + K^2) + 2(K^2 - 1) z^{-1} + (1 - 2\sin\theta\,K + K^2) z^{-2}} $$
 //! (Oppenheim and Schafer 2010, section 7.2). Filtered twice, the gain is squared, 1/2 at f_c, and the delay is zero.
 //!
-//! The ends are continued by their reflection in the end point, and the sections start in the steady state of the first value: SciPy's
-//! `sosfiltfilt`.
+//! The ends are continued by their reflection in the end point, and the sections start in the steady state of the first value, as in
+//! SciPy's `sosfiltfilt`.
 
 use std::f64::consts::PI;
 
@@ -17,13 +17,13 @@ use crate::error::{Error, Result};
 
 /// A zero-phase low-pass filter.
 ///
-/// It is linear: a column and another that depends on it by a linear system still do so after both went through the same filter. A
-/// nonlinearity between them does not survive: filter before a nonlinearity is identified only far above its frequencies.
+/// It is linear: a linear relation between two columns stays the same if both go through the same filter. A nonlinear relation does not. So
+/// before the identification of a nonlinearity, filter only far above its frequencies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LowPass {
-    /// The frequency at which the gain is one half, in Hz where the sample time is in s; positive and below half the sampling rate.
+    /// The frequency at which the gain is one half, in Hz if the sample time is in s. It is positive and below half the sampling rate.
     pub cutoff: f64,
-    /// The order of the filter that is run forward and backward; even, from 2 to 20.
+    /// The order of the filter that is run forward and backward: even, from 2 to 20.
     pub order: usize,
 }
 
@@ -55,10 +55,10 @@ impl Biquad {
 }
 
 impl LowPass {
-    /// The filtered samples, one for each; missing ones stay missing.
+    /// The filtered samples. Missing samples stay missing.
     ///
-    /// Up to [`LONGEST_GAP`] missing samples in a row are interpolated while the filter runs. A longer gap divides the record into parts that are
-    /// filtered one by one.
+    /// Up to [`LONGEST_GAP`] missing samples in a row are interpolated for the filter only. A longer gap divides the record into parts,
+    /// which are filtered one by one.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a sample time, a cutoff or an order out of range.

@@ -1,4 +1,4 @@
-//! What is done to a measured record before anything is identified from it.
+//! The preparation of a measured record before an identification.
 //!
 //! | to | call |
 //! |---|---|
@@ -8,7 +8,7 @@
 //! | take out what is fast, without a delay | [`LowPass::filter`] |
 //! | take out the mean, or a straight line | [`mean`], [`Trend::of`] |
 //!
-//! A sample that is NaN or infinite is missing. A missing sample takes part in nothing and stays missing, unless it is interpolated.
+//! A sample that is NaN or infinite is missing. A missing sample is not used and stays missing, unless it is interpolated.
 //!
 //! ```
 //! use flexure::preparation::{LowPass, Outliers, fill};
@@ -36,8 +36,8 @@ pub use outliers::Outliers;
 pub use resampling::{Between, Grid, Resampling, fill, nominal_step};
 pub use trend::{Trend, mean};
 
-/// Most samples in a row that may be missing and are interpolated where nothing else is said. Convention: a signal that is sampled ten times a
-/// period loses nothing by it.
+/// The default for the most missing samples in a row that are interpolated. Convention: the error is negligible for a signal with ten
+/// samples in a period.
 pub const LONGEST_GAP: usize = 3;
 
 #[cfg(test)]

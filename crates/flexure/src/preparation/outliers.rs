@@ -2,9 +2,10 @@
 //!
 //! A sample is an outlier if its distance from the median of the 2k + 1 samples around it exceeds
 //! $$ c \cdot \max(\mathrm{MAD}_{2k+1} / 0.6745,\ \mathrm{med}\,|\Delta x \neq 0| / 0.6745) $$
-//! The first is the rule of Hampel (1974) as a moving filter (Pearson 2002): the median absolute deviation within the window, scaled to the standard
-//! deviation of a normal variable. It alone would take the changes of a quantised signal, or of one that stands still for a while, whose windows
-//! have no deviation at all. Therefore the second: the distance must also be large beside the usual change from sample to sample, of those that are changes.
+//! The first term is the rule of Hampel (1974) as a moving filter (Pearson 2002): the median absolute deviation within the window, scaled
+//! to the standard deviation of a normal variable. Alone, it would also flag the changes of a quantised signal, or of one that stands still
+//! for a while: their windows have no deviation at all. The second term prevents this: the distance must also be large in comparison with
+//! the usual nonzero change from sample to sample.
 
 use crate::error::{Error, Result};
 use crate::quantiles::NORMAL_MAD;
@@ -20,8 +21,8 @@ pub struct Outliers {
 }
 
 impl Default for Outliers {
-    /// Seven neighbours on either side, so that groups of up to seven outliers are found; five deviations: both conventions. In
-    /// a million samples of normal noise none is lost (measured in the tests).
+    /// Seven neighbours on either side find groups of up to seven outliers. The threshold is five deviations. Both are conventions. They
+    /// flag none of a million samples of normal noise (measured in the tests).
     fn default() -> Self {
         Outliers {
             neighbours: 7,
@@ -33,10 +34,10 @@ impl Default for Outliers {
 impl Outliers {
     /// The outliers' places, in increasing order.
     ///
-    /// Missing samples are left out: neighbours are the next ones that exist. At the ends the window is the first, or the last, whole one. Fewer
-    /// samples than a window are not judged.
+    /// Missing samples are skipped: the next samples that exist are the neighbours. At the ends the first or the last complete window
+    /// serves. A signal shorter than a window has no outliers.
     ///
-    /// A short and strong event, such as an impact, is an outlier by this rule. Look at what is found.
+    /// A short and strong event, such as an impact, is an outlier by this rule. Check the samples that are found.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a rule out of range.
@@ -70,7 +71,7 @@ impl Outliers {
             let middle = median(around.to_vec());
             let distance = (x[i] - middle).abs();
             let limit = |deviation: f64| self.threshold * deviation / NORMAL_MAD;
-            // The cheaper criterion first: it settles nearly all samples.
+            // The cheaper criterion comes first: it decides nearly all samples.
             distance > limit(usual) && distance > limit(median(around.iter().map(|x| (x - middle).abs()).collect()))
         };
         Ok((0..x.len()).filter(is_outlier).map(|i| places[i]).collect())
@@ -157,7 +158,7 @@ mod tests {
         assert_eq!(Outliers::default().find(&x).unwrap(), spikes);
     }
 
-    /// What has no outliers loses nothing.
+    /// A signal without outliers loses no samples.
     #[test]
     fn honest_signals_lose_nothing() {
         let n = 100_000;

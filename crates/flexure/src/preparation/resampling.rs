@@ -1,8 +1,9 @@
-//! Samples at a uniform grid of instants, from instants that jitter or have gaps.
+//! Samples at a uniform grid of instants, from samples at instants that jitter or have gaps.
 //!
-//! 1. **Between the samples** a smooth signal is a cubic spline; one that is held is piecewise constant, and its new value is its mean over the new step.
-//! 2. **Gaps** longer than some steps are not bridged: there the new samples are missing.
-//! 3. **Aliases**: where the new step is longer, what is faster than the new sampling shows is taken out first, by a low-pass of zero phase.
+//! 1. **Between the samples** a smooth signal is a cubic spline. A held signal is piecewise constant, and its new value is its mean over
+//!    the new step.
+//! 2. **Gaps** longer than a few steps are not bridged: there the new samples are missing.
+//! 3. **Aliases**: if the new step is longer, a zero-phase low-pass first removes the frequencies that the new sampling cannot show.
 
 use std::ops::Range;
 
@@ -12,16 +13,16 @@ use crate::error::{DataError, Error, Result};
 use crate::record::rounded_step;
 use crate::sort::median;
 
-/// Order and cutoff, as a share of half the new sampling rate, of the filter against aliases: those of MATLAB's and SciPy's `decimate`, whose filter is
-/// of Chebyshev's kind. At 0.5 of half the rate 0.9995 of a sine is left, at 1.2 of it 0.0015.
+/// Order and cutoff, as a share of half the new sampling rate, of the filter against aliases: those of `decimate` in MATLAB and SciPy,
+/// which use a Chebyshev filter. At 0.5 of half the rate 0.9995 of a sine remains, at 1.2 of it 0.0015.
 const ALIAS_ORDER: usize = 8;
 const ALIAS_CUTOFF: f64 = 0.8;
 /// The share of a step by which two instants may differ and count as one: rounding of printed digits.
 const ROUNDING: f64 = 1e-6;
-/// Median steps from which on a step is a gap: of instants that jitter by half a step none is twice as long.
+/// A step is a gap from this many median steps on. If instants jitter by half a step, no step is more than twice as long.
 const GAP: f64 = 2.5;
-/// The share by which a new step must be longer before aliases are taken out: the usual step of instants that jitter is not exact, and signals that
-/// are resampled at their own rate are not to be filtered. Convention.
+/// Aliases are removed if the new step is longer by more than this share. The usual step of jittering instants is not exact, and signals
+/// that are resampled at their own rate must not be filtered. Convention.
 const SAME_STEP: f64 = 0.1;
 /// Most samples of a grid. Convention: 0.8 GB a column.
 const MOST_SAMPLES: f64 = 1e8;
@@ -41,7 +42,7 @@ impl Grid {
     /// The instants `first`, `first + step`, ... that do not exceed `last`.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for a step that is not positive and finite, or so short that there were more than 100 million samples.
+    /// [`Error::Parameter`] for a step that is not positive and finite, or so short that there would be more than 100 million samples.
     pub fn over([first, last]: [f64; 2], step: f64) -> Result<Self> {
         if !(step > 0.0 && step.is_finite()) {
             return Err(Error::parameter("the new sample time", step, "positive and finite"));
@@ -61,7 +62,7 @@ impl Grid {
         })
     }
 
-    /// Instant `i`. A step like 0.001 divides instead of being multiplied, so that instants print short: 0.003, not 0.003 + 4e-19.
+    /// Instant `i`. A step like 0.001 is applied as a division by 1000, so that instants print short: 0.003, not 0.003 + 4e-19.
     pub fn instant(&self, i: usize) -> f64 {
         let rate = (1.0 / self.step).round();
         let i = i as f64;
@@ -105,7 +106,7 @@ impl Default for Resampling {
     }
 }
 
-/// The usual step of instants: the mean of the steps that are no gaps, to as many digits as the instants support.
+/// The usual step of instants: the mean of the steps that are not gaps, with as many digits as the instants support.
 ///
 /// # Errors
 /// [`Error::Data`]: `NonFinite`, `TimeNotIncreasing` where time goes back, and `TooShort` for fewer than two different instants.
@@ -131,8 +132,8 @@ pub fn nominal_step(t: &[f64]) -> Result<f64> {
     Ok(rounded_step(mean, t, deviation))
 }
 
-/// Interpolates up to `longest_gap` missing samples in a row of a signal at even instants, by the cubic spline through those around; longer gaps, and
-/// what is missing at the ends, stay missing.
+/// Interpolates up to `longest_gap` missing samples in a row of a signal at even instants, by the cubic spline through the samples around
+/// them. Longer gaps stay missing, and so do missing samples at the ends.
 pub fn fill(x: &[f64], longest_gap: usize) -> Vec<f64> {
     let t: Vec<f64> = (0..x.len()).map(|i| i as f64).collect();
     let points = Points::of(&t, x, longest_gap as f64 + 1.5);
@@ -147,12 +148,12 @@ impl Resampling {
         grid.step > step * (1.0 + SAME_STEP)
     }
 
-    /// The cutoff of the filter against aliases for a grid, in cycles a unit of time.
+    /// The cutoff of the filter against aliases for a grid, in cycles per unit of time.
     pub fn cutoff(grid: &Grid) -> f64 {
         ALIAS_CUTOFF * 0.5 / grid.step
     }
 
-    /// The samples `x`, at the non-decreasing instants `t`, on a grid; NaN where there are none.
+    /// The samples `x`, at the non-decreasing instants `t`, brought to a grid. NaN where there are none.
     ///
     /// Samples at the same instant are averaged.
     ///
@@ -170,7 +171,7 @@ impl Resampling {
         if !Self::slows(step, grid) {
             return Ok(points.smooth(grid));
         }
-        // On a grid as fine as the samples are, of which the new instants are every so many.
+        // The signal is resampled on a grid as fine as the samples and filtered there. The new instants are every `every`-th instant of it.
         let every = (grid.step / step * (1.0 - ROUNDING)).ceil() as usize;
         let fine = Grid {
             start: grid.start,
@@ -186,7 +187,7 @@ impl Resampling {
     }
 }
 
-/// The samples that are not missing, and the runs of them that no gap divides.
+/// The samples that are not missing, and their runs without a gap.
 struct Points {
     t: Vec<f64>,
     x: Vec<f64>,
@@ -194,7 +195,7 @@ struct Points {
 }
 
 impl Points {
-    /// `t` non-decreasing and finite; a distance beyond `longest` is a gap.
+    /// `t` must be non-decreasing and finite. A distance beyond `longest` is a gap.
     fn of(t: &[f64], x: &[f64], longest: f64) -> Self {
         let mut points = Points {
             t: Vec::with_capacity(t.len()),
@@ -217,7 +218,7 @@ impl Points {
         points
     }
 
-    /// Passes to `put` the spline's value at each of the increasing instants `at` that lies in a run, up to rounding.
+    /// Passes the spline's value to `put` for each of the increasing instants `at` that lies in a run, with a tolerance for rounding.
     fn interpolate(&self, at: &[f64], mut put: impl FnMut(usize, f64)) {
         let near = match at {
             [first, second, ..] => ROUNDING * (second - first),
@@ -243,8 +244,8 @@ impl Points {
         smooth
     }
 
-    /// The means of the held signal over the steps of a grid that begin where the signal has a value. In front of a gap, and at the end, a value
-    /// holds for one `step`.
+    /// The means of the held signal over the steps of a grid. Only steps count that begin where the signal has a value. Before a gap, and
+    /// at the end, a value holds for one `step`.
     fn means(&self, grid: &Grid, step: f64) -> Vec<f64> {
         let near = ROUNDING * step.min(grid.step);
         let mut until: Vec<f64> = self.t.iter().skip(1).copied().chain([f64::INFINITY]).collect();

@@ -2,12 +2,12 @@
 
 use crate::error::{Error, Result};
 
-/// The mean of the samples that are not missing; `None` without any.
+/// The mean of the samples that are not missing; `None` if all are missing.
 pub fn mean(x: &[f64]) -> Option<f64> {
     let present = || x.iter().filter(|x| x.is_finite());
     let count = present().count() as f64;
     (count > 0.0).then(|| {
-        // Twice, so that the second sum is small: a large offset costs no digits.
+        // The mean is taken twice. The second sum is small, so a large offset costs no digits.
         let first = present().sum::<f64>() / count;
         first + present().map(|x| x - first).sum::<f64>() / count
     })
@@ -18,14 +18,14 @@ pub fn mean(x: &[f64]) -> Option<f64> {
 pub struct Trend {
     /// The mean instant of the samples that are not missing.
     pub centre: f64,
-    /// The line's value there, which is the signal's mean.
+    /// The line's value at the centre, which is the signal's mean.
     pub level: f64,
     /// Its slope, in units of x over units of t.
     pub slope: f64,
 }
 
 impl Trend {
-    /// Of samples `x` at the instants `t`; missing ones are left out.
+    /// The line through the samples `x` at the instants `t`. Missing samples are left out.
     ///
     /// # Errors
     /// [`Error::Data`]: `LengthMismatch`, and `TooShort` for fewer than two samples at different instants.

@@ -1,9 +1,9 @@
 //! The bandwidth by leave-one-out cross-validation:
 //! h minimises $\frac1n \sum_i (Y_i - m_{n,-i}(X_i))^2$, where m_{n,-i} is the estimate without point i.
 //!
-//! A logarithmic grid first, as the score may have several minima, then smaller steps around the best and the
-//! lowest point of a parabola. Every bandwidth costs O(n) after the one sort. With many points the search is made
-//! on data in bins, and then checked by exact scores around the best.
+//! The search begins with a logarithmic grid, as the score may have several minima. Smaller steps around the best and the lowest point of a
+//! parabola follow. Every bandwidth costs O(n) after one sort. With many points the search is made on data in bins, and exact scores around
+//! the best then check it.
 
 use super::grid::{BandwidthScores, Grid, lowest, scored};
 use crate::error::{Error, Result};
@@ -11,13 +11,13 @@ use crate::nonlinearity::kernel::{BinnedScales, Degree, Kernel, Sorted, check_po
 
 /// Bandwidths of the logarithmic grid for binned scores, which cost little.
 const BINNED_GRID: usize = 50;
-/// So many points or more are put in bins by default: the exact sums of the Gaussian cost more.
+/// From this number of points on, data are put in bins by default. The second limit is for the Gaussian, whose exact sums cost more.
 const BINNED_FROM: usize = 200_000;
 const BINNED_FROM_GAUSSIAN: usize = 20_000;
-/// Bins to a bandwidth, at least; the Gaussian's bandwidth is not its reach.
+/// The least number of bins in a bandwidth. The Gaussian's bandwidth is not its reach.
 const BINS: f64 = 30.0;
 const BINS_GAUSSIAN: f64 = 12.0;
-/// Where binned scores differ by more than this from the exact ones, relatively, the search is made exactly.
+/// If binned scores have a relative difference of more than this from the exact ones, the search is made exactly.
 const MOST_ERROR: f64 = 1e-3;
 
 /// A candidate and its score.
@@ -35,15 +35,14 @@ pub enum Scoring {
     /// Exactly below 200,000 points (Gaussian: 20,000) and with weights, otherwise as [`Binned`](Self::Binned).
     #[default]
     Automatic,
-    /// Exactly, whatever the number of points.
+    /// Exactly, for any number of points.
     Exact,
-    /// On data in bins of at most 1/30 of the bandwidth (Gaussian: 1/12); then exactly at the best bandwidth and its
-    /// neighbours, of which the best is chosen. Where a binned score turns out to be off by more than 0.1 %,
-    /// and with weights, the search is made exactly.
+    /// On data in bins of at most 1/30 of the bandwidth (Gaussian: 1/12); then exactly at the best bandwidth and its neighbours, and the
+    /// best of these is chosen. If a binned score is off by more than 0.1 %, or if there are weights, the search is made exactly.
     Binned,
 }
 
-/// What was put in bins, and what it cost in accuracy.
+/// How the data were put in bins, and the loss of accuracy.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Binning {
     /// The width of the narrowest bins, in the unit of x.
@@ -54,7 +53,7 @@ pub struct Binning {
     pub error: f64,
 }
 
-/// The whole search: its result is part of every identification that used it.
+/// The whole search. Its result is part of every identification that used it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BandwidthSearch {
     /// The bandwidth with the smallest score.
@@ -64,7 +63,7 @@ pub struct BandwidthSearch {
     /// Whether the best candidate is the smallest or the largest one tried, so that the minimum may
     /// lie beyond.
     pub at_edge: bool,
-    /// Present where the scores of `curve` come from data in bins.
+    /// Present if the scores of `curve` come from data in bins.
     pub binning: Option<Binning>,
 }
 
@@ -161,7 +160,7 @@ impl LeaveOneOut {
         Ok(scored(bandwidths, self.exact(&sort(x, y, weights)?, bandwidths)))
     }
 
-    /// Bins to a bandwidth, at least.
+    /// The least number of bins in a bandwidth.
     fn bins(&self) -> f64 {
         if self.kernel == Kernel::Gaussian {
             BINS_GAUSSIAN
@@ -201,7 +200,7 @@ impl LeaveOneOut {
             scored(&bandwidths, self.exact(data, &bandwidths))
         };
         let mut exact = exact_at(first..end);
-        // On as long as the exact scores fall.
+        // Goes on as long as the exact scores fall.
         loop {
             let best = lowest(&exact);
             if best == 0 && first > 0 {

@@ -1,12 +1,12 @@
 //! The bandwidth with the smallest mean squared error that a bootstrap predicts.
 //!
-//! The data are taken as if the truth were an oversmoothed estimate m_g: Y* = m_g(X) + e*, with the errors e* made from
-//! residuals. The smoother S_h is linear, so that
+//! The bootstrap takes an oversmoothed estimate m_g as the truth: Y* = m_g(X) + e*, with errors e* made from residuals. The smoother S_h is
+//! linear, so that
 //! $$ \mathrm{MISE}^*(h) = \frac1n \sum_i \bigl((S_h m_g - m_g)(X_i)^2 + \mathrm{Var}^*\, (S_h e^*)(X_i)\bigr) : $$
-//! the squared bias needs no resampling at all. With the wild bootstrap, whose errors are independent of variance
-//! r_j^2, the variance is $\sum_j S_h(i, j)^2 r_j^2$, which is a kernel sum with K^2: exact, without random numbers.
-//! With moving blocks it is the mean over resampled errors. References: Haerdle and Marron (1991); Haerdle and Bowman
-//! (1988), the pilot; Liu (1988), the wild bootstrap; Kuensch (1989), moving blocks.
+//! the squared bias needs no resampling at all. The wild bootstrap has independent errors of variance r_j^2. Its variance is $\sum_j S_h(i,
+//! j)^2 r_j^2$, a kernel sum with K^2: exact, without random numbers. With moving blocks the variance is the mean over resampled errors.
+//! References: Haerdle and Marron (1991); Haerdle and Bowman (1988), the pilot; Liu (1988), the wild bootstrap; Kuensch (1989), moving
+//! blocks.
 
 use rand::RngExt;
 use rand_pcg::Pcg64;
@@ -19,19 +19,19 @@ use crate::error::{Error, Result};
 use crate::nonlinearity::kernel::{Degree, Kernel, Sorted, for_each_sum};
 use crate::sort;
 
-/// The pilot oversmooths by n to this power: from n^(-1/5), the best for m, to n^(-1/9), the best for its second
-/// derivative, which makes the bias.
+/// The pilot oversmooths by n to this power: from n^(-1/5), the best for m, to n^(-1/9), the best for its second derivative. That
+/// derivative determines the bias.
 const OVERSMOOTHING: f64 = 1.0 / 5.0 - 1.0 / 9.0;
-/// Below this share of a residual's expected square it says nothing of the noise.
+/// If the fit leaves a residual at most this share of its variance, the residual says nothing about the noise.
 const OWN: f64 = 1e-3;
 
 /// The samples in the order of the abscissas, the pilot curve and the residuals.
 struct Pilot {
-    /// Sorted, with the pilot curve, centred, as ordinates.
+    /// The sorted samples, with the centred pilot curve as ordinates.
     curve: Sorted,
     /// The samples' indices in that order.
     order: Vec<usize>,
-    /// The residuals in that order, of the noise's variance.
+    /// The residuals in that order, scaled to the noise's variance.
     residuals: Vec<f64>,
     /// The bandwidths of the residuals and of the pilot curve.
     bandwidths: [f64; 2],
@@ -40,9 +40,9 @@ struct Pilot {
 }
 
 impl Pilot {
-    /// Residuals by the bandwidth `h`, the curve by an oversmoothed one.
+    /// The residuals come from the bandwidth `h`, the curve from a larger one.
     fn new(kernel: Kernel, degree: Degree, [x, y]: [&[f64]; 2], weights: Option<&[f64]>, h: f64) -> Self {
-        // With the samples' indices for ordinates it is known which is which, ties or not.
+        // The samples' indices serve as ordinates, so that each sample can be identified after the sort, even with ties.
         let index: Vec<f64> = (0..x.len()).map(|t| t as f64).collect();
         let places = Sorted::new(x, &index, weights);
         let order: Vec<usize> = places.y.iter().map(|t| (t + places.mean).round() as usize).collect();
@@ -78,8 +78,8 @@ impl Pilot {
         }
     }
 
-    /// The weighted sum of the squared biases, and of every point's `variance`, which gets its smoother\'s weights
-    /// a + b v at the distance v in bandwidths; over the sum of the weights.
+    /// The weighted mean of the squared bias plus the variance at every point. `variance` gets the smoother's weights of every point: a + b
+    /// v at the distance v in bandwidths.
     fn mean_square(&self, h: f64, variance: impl FnOnce(&[[f64; 2]]) -> Vec<f64>) -> f64 {
         let data = &self.curve;
         let mut bias = vec![0.0; data.len()];
@@ -107,7 +107,7 @@ impl Pilot {
     }
 }
 
-/// Puts the others' root mean square where a point says nothing of the noise.
+/// Puts the root mean square of the other residuals where a point says nothing about the noise.
 fn fill_unknown(residuals: &mut [f64]) {
     let known = || residuals.iter().filter(|r| r.is_finite());
     let typical = (known().map(|r| r * r).sum::<f64>() / known().count().max(1) as f64).sqrt();
@@ -120,12 +120,12 @@ fn fill_unknown(residuals: &mut [f64]) {
 /// The square of a kernel.
 struct Squared {
     kernel: Kernel,
-    /// Its bandwidth for a bandwidth of one.
+    /// The square's bandwidth for a bandwidth of one.
     ratio: f64,
 }
 
 impl Squared {
-    /// K^2, for the kernels whose square is one of the kernels.
+    /// K^2, if it is one of the kernels.
     fn of(kernel: Kernel) -> Option<Squared> {
         let squared = |kernel, ratio| Some(Squared { kernel, ratio });
         match kernel {
@@ -137,17 +137,17 @@ impl Squared {
     }
 }
 
-/// A choice by a bootstrap, and how it came about.
+/// A choice by a bootstrap, with its details.
 #[derive(Debug, PartialEq)]
 pub(super) struct Bootstrapped {
     pub search: BandwidthSearch,
     pub details: String,
 }
 
-/// By the wild bootstrap, in closed form. For a kernel whose square is none of the kernels the choice is made with
-/// Epanechnikov's and converted to the bandwidth that smooths as much (Marron and Nolan 1988).
+/// The choice by the wild bootstrap, in closed form. If the kernel's square is not one of the kernels, the choice is made with
+/// Epanechnikov's kernel and converted to the bandwidth that smooths equally (Marron and Nolan 1988).
 ///
-/// The data are checked, and at least 3 of positive weight.
+/// The data must be checked, with at least 3 points of positive weight.
 pub(super) fn wild(
     kernel: Kernel,
     degree: Degree,
@@ -174,7 +174,7 @@ pub(super) fn wild(
     let search = Grid::new(&pilot.curve.x).search(|h| {
         pilot.mean_square(h, |shares| {
             let mut variance = vec![0.0; shares.len()];
-            // Without any residual there is no noise.
+            // Without residuals there is no noise.
             if noise.len() > 0 {
                 for_each_sum(&noise, square, degree, ratio * h, &pilot.curve.x, |i, sums| {
                     let [a, b] = shares[i];

@@ -1,11 +1,11 @@
-//! What all fits by name share: the parameter as the estimators take it, and the result in the common form.
+//! What all fits by name share: they read the parameter as the estimators take it, and return the result in the common form.
 
 use super::{NamedEstimator, NamedFit, Rule, Scores, Tuning};
 use crate::error::{Error, ParameterError, Result};
 use crate::nonlinearity::estimator::{Choice, Estimator};
 use crate::selection::{BlockFolds, Criterion, ScoredParameter, Search};
 
-/// What a regression is estimated from, as it was given.
+/// The data of a regression, as given.
 #[derive(Clone, Copy)]
 pub(super) struct Observations<'a> {
     /// The columns of x.
@@ -16,7 +16,7 @@ pub(super) struct Observations<'a> {
     pub weights: Option<&'a [f64]>,
 }
 
-/// Refuses a rule that does not suit the estimator in so many columns.
+/// Refuses a rule that does not suit the estimator with this number of columns.
 pub(super) fn check_rule(method: &NamedEstimator, columns: usize) -> Result<()> {
     if let Tuning::FromData(rule) = method.tuning
         && !rule.suits(method.name, columns)
@@ -76,7 +76,7 @@ pub(super) struct Shown<F, P> {
     pub candidate: fn(P) -> f64,
 }
 
-/// Fits `make(choice)`, the choice being the one that the method asks for.
+/// Fits `make(choice)` with the choice that the method asks for.
 pub(super) fn tuned<E, P>(
     method: &NamedEstimator,
     Observations { x, y, weights }: Observations,
@@ -136,7 +136,7 @@ pub(super) fn named(
     }
 }
 
-/// The score of [`Rule::Block`] for all estimators that are refitted.
+/// The name of the score of [`Rule::Block`], for all estimators that are refitted.
 pub(super) const BLOCK_CRITERION: &str = "cross-validation error over blocks of rows";
 
 pub(super) fn criterion_name(criterion: Criterion) -> &'static str {

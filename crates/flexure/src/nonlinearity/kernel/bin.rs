@@ -34,7 +34,7 @@ impl Bin {
         }
     }
 
-    /// The points of both bins, of which one at least has any.
+    /// The points of both bins. At least one of them must not be empty.
     #[inline(always)]
     pub fn plus(self, other: Self) -> Self {
         let count = self.count + other.count;

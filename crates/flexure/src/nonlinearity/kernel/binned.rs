@@ -11,7 +11,7 @@ use super::gaussian::{self, FEW_NEIGHBOURS, FEW_TERMS};
 use super::{Degree, Kernel, Sorted, Sums, direct_without, for_each_sum};
 use crate::parallel;
 
-/// Points that are gathered at a time. Bins end with them, whatever the number of threads.
+/// Points that are gathered at a time. No bin extends over two such groups, so the bins do not depend on the number of threads.
 const CHUNK: usize = 1 << 16;
 /// If the others' share in the estimate at a point is smaller than this, the estimate without the point is summed
 /// directly.
@@ -160,7 +160,7 @@ impl Bins {
 struct Fit {
     /// The estimate from all points.
     value: f64,
-    /// What turns a point's residual into its leave-one-out error.
+    /// The factor that turns a point's residual into its leave-one-out error.
     factor: f64,
 }
 

@@ -13,8 +13,8 @@ use crate::selection::{BandwidthSearch, Criterion, Score, ScoredParameter, gener
 /// The bandwidths of a kernel estimate: given, or chosen from the data.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Bandwidth {
-    /// One for all columns, or one a column, each in the column's unit: half the width of the window, for the
-    /// Gaussian its standard deviation.
+    /// One for all columns, or one for each column, in the column's unit. It is half the width of the window; for the Gaussian, its
+    /// standard deviation.
     Fixed(Vec<f64>),
     /// Those with the smallest score: see [`KernelSearch`].
     FromData(Criterion),
@@ -34,26 +34,25 @@ pub struct KernelScore {
     pub bandwidths: Vec<f64>,
     /// The score, in the squared unit of y.
     pub score: f64,
-    /// The number of points at which errors were taken. The estimates at those are always made from all points.
+    /// The number of points at which errors were taken. The estimates at these points are always made from all points.
     pub points: usize,
 }
 
-/// The search for the bandwidths of a kernel estimate: its result is part of every fit that used it.
+/// The search for the bandwidths of a kernel estimate. Its result is part of every fit that used it.
 ///
-/// In one column it is a [`BandwidthSearch`]. In several the search goes from a common scale to one a column:
+/// In one column it is a [`BandwidthSearch`]. In several columns the search goes from a common scale to one scale for each column:
 ///
 /// 1. bandwidths in proportion to the extents of the columns' bulks (twice the distance between the first and
 ///    the ninth decile, but no more than the range), on a logarithmic grid of common factors;
-/// 2. for each column in turn a logarithmic grid up to bandwidths so wide that the column no longer separates
-///    points, as is right for a column that the regression does not depend on (Hall, Li and Racine 2007) or, for
-///    the local linear fit, on which it depends linearly;
+/// 2. for each column in turn a logarithmic grid, up to bandwidths so wide that the column no longer separates points. Such a width is
+///    right for a column that the regression does not depend on (Hall, Li and Racine 2007). For the local linear fit it is also right for a
+///    column with a linear effect;
 /// 3. golden-section searches around the best, over the common factor and then over each column.
 ///
-/// Up to 4472 points, errors are taken at every point. With more, they are taken at points spread evenly over the
-/// points in order of their coordinates: in steps 1 and 2 at 2e7/n of them (at least 500), in step 3 at all of
-/// them or as many as make about 2e7 pairs of points within reach of each other, which is more. The estimates at
-/// these are exact, made from all points. What is chosen has the smallest of the scores at the most points;
-/// [`KernelScore::points`] says how many those are.
+/// Up to 4472 points, errors are taken at every point. With more, they are taken at some of the points, spread evenly in order of their
+/// coordinates. Steps 1 and 2 take 2e7/n points (at least 500). Step 3 takes more: all points, or about as many as make 2e7 pairs of points
+/// within reach of each other. The estimates at these points are exact: they are made from all points. The chosen bandwidths have the
+/// smallest score among those scored at the most points; [`KernelScore::points`] says how many.
 ///
 /// The result does not depend on the number of threads nor on the order of the points.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,10 +61,9 @@ pub struct KernelSearch {
     pub bandwidths: Vec<f64>,
     /// The score that was minimised.
     pub criterion: Criterion,
-    /// All bandwidths that were tried: in one column in increasing order, in several in the order of the search.
+    /// All bandwidths that were tried. In one column they are in increasing order, in several columns in the order of the search.
     pub curve: Vec<KernelScore>,
-    /// Whether a bandwidth is the smallest one tried (in one column, or the largest), so that the
-    /// minimum may lie beyond.
+    /// Whether a bandwidth is the smallest one tried (in one column also: the largest one). The minimum may then lie beyond.
     pub at_edge: bool,
 }
 
@@ -147,7 +145,7 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// Adds a point of weight `w`: its leverage per weight, its residual, and that of the estimate without it.
+    /// Adds a point of weight `w`: its leverage per weight, its residual, and its residual from the estimate without it.
     #[inline(always)]
     pub fn add(&mut self, w: f64, leverage: f64, residual: f64, left_out: f64) {
         self.weight += w;
@@ -182,7 +180,7 @@ impl Errors {
 pub(super) struct Scores<'a> {
     /// Without points of weight zero.
     data: Checked<'a>,
-    /// The tree and the mean of the ordinates. They are made if some point has no other in reach.
+    /// The tree and the mean of the ordinates. They are made only if some point has no other in reach.
     tree: OnceLock<(Tree, f64)>,
     kernel: Kernel,
     degree: Degree,
@@ -203,7 +201,7 @@ impl<'a> Scores<'a> {
     /// The mean of the ordinates nearest to point `i`, less the mean of all.
     fn alone(&self, i: usize) -> f64 {
         let (tree, mean) = self.tree.get().unwrap_or_else(|| {
-            // It is made outside the lock of the cell: it is made in parallel, and a thread that waits may come here again.
+            // The tree is made outside the lock of the cell. It is made in parallel, and a thread that waits for it may come here again.
             let points = self.data.sorted();
             let extents = points.x.iter().map(|x| Column::new(x).extent.unwrap_or(1.0));
             let made = (Tree::with_scales(&points, extents.collect()), points.mean());

@@ -11,23 +11,23 @@ const GRID: usize = 12;
 const COLUMN_GRID: usize = 8;
 /// Points of a golden-section search.
 const GOLDEN: usize = 5;
-/// Rounds of these over all columns, at most.
+/// The most rounds of golden-section searches over all columns.
 const ROUNDS: usize = 2;
-/// A round that gains less than this share of the score is the last.
+/// A round is the last one if it gains less than this share of the score.
 const GAIN: f64 = 1e-4;
 /// The grid of factors starts between these.
 const SMALLEST: (f64, f64) = (1e-4, 0.4);
-/// With a bandwidth of this many extents a column no longer separates points.
+/// If the bandwidth is this many extents, a column no longer separates points.
 const WIDEST: f64 = 4.0;
-/// Pairs of points for the grids, where all may be in reach of each other, and pairs in reach for the golden sections.
+/// The number of pairs of points. For the grids all pairs count, as all may be in reach; for the golden sections only the pairs in reach.
 const GRID_PAIRS: f64 = 2e7;
 const GOLDEN_PAIRS: f64 = 2e7;
-/// Fewest points to score at, if there are as many.
+/// Fewest points to score at. If there are fewer points, all are taken.
 const FEWEST: usize = 500;
 /// What a search needs to know of a column.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Column {
-    /// The extent of its bulk; nothing for a constant column.
+    /// The extent of its bulk; `None` for a constant column.
     pub extent: Option<f64>,
     range: f64,
 }
@@ -99,7 +99,7 @@ pub fn search(scores: &Scores<'_>, columns: &[Column]) -> KernelSearch {
 }
 
 impl Descent<'_> {
-    /// The bandwidths `h` times a common factor; those of constant columns stay.
+    /// The bandwidths `h` times a common factor. The bandwidths of constant columns do not change.
     fn scaled(&self, h: &[f64], factor: f64) -> Vec<f64> {
         let each = h.iter().zip(self.columns);
         each.map(|(h, c)| if c.extent.is_some() { h * factor } else { *h })
@@ -149,7 +149,7 @@ impl Descent<'_> {
         }
     }
 
-    /// Scores these bandwidths; of equally good ones the wider are the better.
+    /// Scores these bandwidths. If scores are equal, the wider bandwidths are preferred.
     fn attempt(&mut self, bandwidths: Vec<f64>) -> f64 {
         if interrupt::requested() {
             return self.best.score;
@@ -170,7 +170,7 @@ impl Descent<'_> {
     /// One column's bandwidth from `low` to `high`.
     fn column_grid(&mut self, j: usize, low: f64, high: f64) {
         let h = self.best.bandwidths.clone();
-        // The grid is about the present bandwidth, which has been tried.
+        // The grid lies around the present bandwidth, which was already tried.
         let (below, above) = (h[j] / low, high / h[j]);
         let half = COLUMN_GRID / 2;
         for i in 1..=half {

@@ -1,4 +1,4 @@
-//! Kernel regression in one to six columns: one estimator, whatever their number.
+//! Kernel regression in one to six columns: one estimator for any number of columns.
 
 use super::choice::{Bandwidth, KernelSearch};
 use super::line::Line;
@@ -19,17 +19,15 @@ use crate::selection::Criterion;
 /// | `outside` | the estimate beyond the data and in empty windows | | NaN |
 ///
 /// In several variables the kernel is a product: a point X counts at x with the weight
-/// $\prod_j K((x_j - X_j)/h_j)$. The local linear fit (Fan 1993; Ruppert and Wand 1994) is the default, as the
-/// local constant one (Nadaraya 1964, Watson 1964; paper, (13)) is biased at boundaries, of which there are many
-/// in several variables.
+/// $\prod_j K((x_j - X_j)/h_j)$. The local linear fit (Fan 1993; Ruppert and Wand 1994) is the default: the local constant one (Nadaraya
+/// 1964, Watson 1964; paper, (13)) is biased at boundaries, and with several variables many points lie near a boundary.
 ///
-/// **Where the points in reach determine no plane**: a column whose values in reach have a standard deviation,
-/// weighted by the kernel, below 1e-8 bandwidths takes no part in the local fit; where the part of some other
-/// column that is not linear in the columns before it is that small, the fit is the local constant one. In one
-/// variable the same holds with 1e-9.
+/// **Where the points in reach determine no plane.** A column takes no part in the local fit if its values in reach have a standard
+/// deviation, weighted by the kernel, below 1e-8 bandwidths. If another column is a linear function of the columns before it, up to a part
+/// that small, the fit is the local constant one. In one variable the same holds with 1e-9.
 ///
-/// **Outside the data.** [`Outside::Nan`]: NaN where no data are within reach, and no other value is touched.
-/// The other two begin where the data end:
+/// **Outside the data.** [`Outside::Nan`]: NaN where no data are within reach; all other values stay the same. The other two choices apply
+/// from the ends of the data on:
 ///
 /// | where | [`Outside::Nearest`] | [`Outside::Linear`] |
 /// |---|---|---|
@@ -38,8 +36,7 @@ use crate::selection::Criterion;
 /// | several variables, beyond some column's range | the estimate at the nearest point of the ranges | the plane from there |
 /// | several variables, no data in reach there | the estimate at the nearest of the data (in bandwidths; the first one of several) | the plane from there |
 ///
-/// The slopes of these lines and planes are those of the local linear fit, whatever the degree; zero where it is
-/// not determined.
+/// The slopes of these lines and planes are those of the local linear fit, for both degrees. They are zero where it is not determined.
 ///
 /// ```
 /// use flexure::nonlinearity::{Estimator, KernelEstimator, Regression};
@@ -81,9 +78,9 @@ impl Estimator for KernelEstimator {
 
     /// # Errors
     /// Those of every [`Estimator`]; [`Error::Parameter`] for a bandwidth that is not positive and finite,
-    /// [`Error::Parameter`]: `ColumnCount` for another number of them than one or one a column, and
-    /// [`Error::Data`]: `TooFewDistinct` where the local linear fit is given points at no more than d places in d
-    /// columns, or a choice of the bandwidth one point less than leaves that when one is left out.
+    /// [`Error::Parameter`]: `ColumnCount` if their number is neither one nor one for each column, and [`Error::Data`]: `TooFewDistinct` if
+    /// the local linear fit in d columns is given points at no more than d places. If the bandwidth is chosen, this must hold also without
+    /// any one point.
     fn fit(self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<KernelEstimate> {
         let data = Checked::new("a kernel regression", MOST_COLUMNS, x, y, weights)?;
         let d = x.len();
@@ -132,14 +129,14 @@ impl KernelEstimator {
         Ok(KernelSearch::score_of(&data, self.kernel, self.degree, criterion, &h))
     }
 
-    /// The number of distinct places that points need in `d` columns, with one of them left out or not.
+    /// The number of distinct places that the points need in `d` columns, whether or not one point is left out.
     fn places(&self, d: usize, leaving_out: bool) -> usize {
         let plane = if self.degree == Degree::Linear { d + 1 } else { 1 };
         if leaving_out { (plane + 1).max(3) } else { plane }
     }
 }
 
-/// One bandwidth a column out of one for all or one for each.
+/// One bandwidth for each column, from one for all or one for each.
 fn for_columns(given: &[f64], d: usize) -> Result<Vec<f64>> {
     if given.len() != 1 && given.len() != d {
         return Err(Error::Parameter(ParameterError::ColumnCount {
@@ -171,7 +168,7 @@ fn for_columns(given: &[f64], d: usize) -> Result<Vec<f64>> {
     })
 }
 
-/// Points of positive weight at `need` distinct places at least.
+/// Checks that points of positive weight lie at `need` distinct places or more.
 fn check_distinct(data: &Checked<'_>, degree: Degree, need: usize) -> Result<()> {
     let mut found: Vec<usize> = Vec::new();
     let same = |i: usize, k: usize| data.x.iter().all(|column| column[i] == column[k]);
@@ -241,7 +238,7 @@ impl KernelEstimate {
         self.search.as_ref()
     }
 
-    /// In one variable, the fit that makes no difference outside the data: for its standard errors.
+    /// In one variable, the fit without the rule for outside the data. It serves for standard errors.
     pub fn line(&self) -> Option<&KernelFit> {
         match &self.method {
             Method::Line(line) => Some(line.fit()),

@@ -4,15 +4,15 @@
 //! point at d + s h, |u|, |s| <= 1/2, and tau = (d - c)/h,
 //! $$ g(\tau + s - u) = \sum_{k,l} \frac{g^{(k+l)}(\tau)}{k!\,l!} s^l (-u)^k , $$
 //! so a box of sources is its moments sum (-u)^k / k!, and a box of points a polynomial in s. As
-//! |g^(m)(tau)| / m! is below 1.1 / sqrt(m!), terms beyond m = 32 do not count in double precision.
+//! |g^(m)(tau)| / m! is below 1.1 / sqrt(m!), terms beyond m = 32 are negligible in double precision.
 //! Pairs of boxes with few points are summed directly.
 
 use super::{Kernel, Sorted, Sums};
 
 /// Terms kept in double precision: k + l < TERMS.
 pub const TERMS: usize = 33;
-/// Boxes on either side that are within reach: beyond 9 bandwidths a point does not count beside nearer
-/// ones, exp(-9^2 / 2) = 3e-18. (Where there are none nearer, the caller sums directly.)
+/// Boxes on either side that are within reach. A point beyond 9 bandwidths is negligible in comparison with nearer ones, exp(-9^2 / 2) =
+/// 3e-18. (If there are no nearer ones, the caller sums directly.)
 pub const NEIGHBOURS: i64 = 10;
 /// Terms and boxes that are enough for an accuracy of 1e-7.
 pub const FEW_TERMS: usize = 17;
@@ -20,7 +20,7 @@ pub const FEW_NEIGHBOURS: i64 = 6;
 /// With fewer pairs of points than this, the direct sum over two boxes is cheaper.
 const DIRECT_PAIRS: usize = 100;
 
-/// Centres of boxes are floats as fine as this, in bandwidths.
+/// The centres of boxes are floats at least as fine as this, in bandwidths.
 const FINE: f64 = 1e-3;
 
 /// Sources of one box.
@@ -32,7 +32,7 @@ struct Sources<const TERMS: usize> {
     moment: [f64; TERMS],
 }
 
-/// Calls `visit(j, sums)` for each of the increasing points `at`, with as many terms and boxes on either side.
+/// Calls `visit(j, sums)` for each of the increasing points `at`, with TERMS terms and NEIGHBOURS boxes on either side.
 pub fn transform<const TERMS: usize, const NEIGHBOURS: i64>(
     data: &Sorted,
     h: f64,
@@ -41,8 +41,8 @@ pub fn transform<const TERMS: usize, const NEIGHBOURS: i64>(
 ) {
     let origin = data.x[0];
     let cell_of = |x: f64| ((x - origin) / h).floor().clamp(-1e15, 1e15) as i64;
-    // Centres are floats near the points, so that the differences from them lose no digits, however far the origin
-    // is; relative to the origin only where floats near the points are too coarse for that.
+    // Centres are floats near the points, so that the differences from them lose no digits even if the origin is far away. If floats near
+    // the points are too coarse, the centres are relative to the origin.
     let largest = origin.abs().max(data.x[data.len() - 1].abs());
     let zero = if largest * f64::EPSILON < FINE * h { 0.0 } else { origin };
     let centre_of = |cell: i64| (origin - zero) + (cell as f64 + 0.5) * h;
@@ -123,7 +123,7 @@ fn collect<const TERMS: usize>(
     boxes
 }
 
-/// Adds a box of sources, `tau` bandwidths below, to a box of points' polynomial in s.
+/// Adds a box of sources, `tau` bandwidths below, to the polynomial in s of a box of points.
 fn translate<const TERMS: usize>(
     sources: &Sources<TERMS>,
     tau: f64,

@@ -48,7 +48,7 @@ fn sums_over_parts(data: &Sorted, bandwidths: &[f64], part: impl Fn(f64, Range<u
         (0..n).step_by(size).map(move |first| (k, first..n.min(first + size)))
     };
     let mut tasks: Vec<(usize, Range<usize>)> = bandwidths.iter().enumerate().flat_map(parts).collect();
-    // The parts of a region for all bandwidths follow one another, while its points are in the cache.
+    // The parts of one region for all bandwidths follow one another, so that its points stay in the cache.
     sort::by_key(&mut tasks, |(_, points)| points.start as f64);
     let sums = parallel::batch(&tasks, |(k, points)| part(bandwidths[*k], points.clone()));
     let mut scores = vec![0.0; bandwidths.len()];
@@ -58,7 +58,7 @@ fn sums_over_parts(data: &Sorted, bandwidths: &[f64], part: impl Fn(f64, Range<u
     scores
 }
 
-/// The size of a part: not much less than the points of a window, as every part begins with a search for its first window.
+/// The size of a part. It is not much less than the points of a window, because every part begins with a search for its first window.
 fn part_size(x: &[f64], h: f64) -> usize {
     let parts = 0.25 * (x[x.len() - 1] - x[0]) / h;
     PART.max(x.len().div_ceil((parts as usize).max(1)))
@@ -90,7 +90,7 @@ impl<'a> Errors<'a> {
         }
     }
 
-    /// The residual of a point at which the fast `sums` are not reliable.
+    /// The residual of a point where the fast `sums` are not reliable.
     #[cold]
     #[inline(never)]
     fn direct(&mut self, i: usize, mut sums: Sums) -> f64 {
@@ -147,7 +147,7 @@ impl Visit for Errors<'_> {
 struct Squares {
     /// The weighted sum.
     sum: f64,
-    /// The least of the others' sums of K.
+    /// The smallest sum of K over the other points.
     least: f64,
 }
 
@@ -180,7 +180,7 @@ fn squares(y: &[f64], sums: &[[f64; 2]], weight: impl Fn(usize) -> f64) -> Squar
                 scaled: q,
                 rest: t,
             } = b[lane];
-            // No product has more than two factors, as it might overflow.
+            // No product has more than two factors: it could overflow.
             let inverse = 1.0 / (r * t);
             let (first, second) = (p * (t * inverse), q * (r * inverse));
             sum[lane] += w * first * first + v * second * second;

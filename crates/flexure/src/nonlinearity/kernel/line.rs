@@ -13,7 +13,7 @@ pub(super) trait PartialEstimate {
     /// The estimates at `x`, in any order; NaN where no data are in reach.
     fn known(&self, x: &[f64]) -> Vec<f64>;
 
-    /// The slope with which it continues from `q`, one of the ends; zero where that is not determined.
+    /// The slope with which the estimate continues from the end `q`; zero where it is not determined.
     fn slope(&self, q: f64) -> f64;
 
     /// Whether there is a place without data in reach between the neighbouring abscissas `a` and `b`.
@@ -50,7 +50,7 @@ pub(super) fn predict(fit: &impl PartialEstimate, x: &[f64], outside: Outside) -
     estimates
 }
 
-/// Where `q` lies, if the estimate is not to be taken at `q` itself. `empty` says whether it does not exist there.
+/// The place of `q` among the data, if the estimate is not to be taken at `q` itself. `empty` says that it does not exist there.
 fn place(fit: &impl PartialEstimate, q: f64, empty: bool) -> Option<Place> {
     let x = fit.abscissas();
     let (low, high) = (x[0], x[x.len() - 1]);
@@ -74,9 +74,9 @@ pub struct Line {
     fit: KernelFit,
 }
 
-/// Abscissas of data between or beyond which a point lies.
+/// The abscissas of data between which, or beyond which, a point lies.
 enum Place {
-    /// Beyond the range: its end.
+    /// Beyond this end of the range.
     Beyond(f64),
     /// Between two neighbouring abscissas.
     Gap(f64, f64),

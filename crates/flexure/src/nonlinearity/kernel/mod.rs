@@ -6,7 +6,7 @@
 //! $t^d H(t) \to 0$; let $h_n \to 0$ and $n h_n^d \to \infty$ (d columns). Then $m_n(x) \to m(x)$ in probability for almost all x; under a Lipschitz condition of order p, $0 < p \le 1$, with an error of
 //! $O(n^{-p/(2p+d)})$. [`study::rates`](crate::study) measures it.
 //!
-//! One column. The data are sorted once ([`sorted`]). Then every point costs O(1), whatever the bandwidth:
+//! One column. The data are sorted once ([`sorted`]). Then every point costs O(1) for any bandwidth:
 //!
 //! | file | what |
 //! |---|---|
@@ -121,7 +121,7 @@ impl Kernel {
         }
     }
 
-    /// A point with |u| above this is out of reach: K(u) is zero or, for the Gaussian, about to underflow.
+    /// A point with |u| above this is out of reach: K(u) is zero or, for the Gaussian, close to underflow.
     pub(crate) fn reach(self) -> f64 {
         match self {
             Kernel::Gaussian => 38.0,
@@ -139,7 +139,7 @@ pub(crate) fn for_each_sum(
     at: &[f64],
     mut visit: impl FnMut(usize, Sums),
 ) {
-    // Called through a pointer, so that the sums for all kernels are compiled once, not for every caller.
+    // The call goes through a pointer, so that the sums for all kernels are compiled once, not for every caller.
     visit_sums(data, kernel, degree, h, at, &mut visit);
 }
 

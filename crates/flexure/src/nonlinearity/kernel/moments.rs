@@ -15,7 +15,7 @@ pub struct Moments<const N: usize>(pub [[f64; 2]; N]);
 impl<const N: usize> Moments<N> {
     pub const ZERO: Self = Moments([[0.0; 2]; N]);
 
-    /// Adds a point at u of weight `w` and of weighted ordinate `wy`.
+    /// Adds a point at u with the weight `w` and the weighted ordinate `wy`.
     #[inline(always)]
     pub fn push(&mut self, u: f64, w: f64, wy: f64) {
         let mut power = [w, wy];
@@ -66,7 +66,7 @@ pub trait Coefficients<const M: usize>: Copy + Sync {
     /// The coefficients.
     fn at(self, t: f64) -> [f64; M];
 
-    /// The sums of K and of K y out of those of the powers of u.
+    /// The sums of K and of K y from the sums of the powers of u.
     #[inline(always)]
     fn combined(self, t: f64, moments: &[[f64; 2]]) -> [f64; 2] {
         let terms = self.at(t).into_iter().zip(moments);
@@ -82,7 +82,7 @@ impl<const M: usize, F: Fn(f64) -> [f64; M] + Copy + Sync> Coefficients<M> for F
 }
 
 impl Sums {
-    /// The sums at the coordinate `t` out of the window's moments.
+    /// The sums at the coordinate `t` from the window's moments.
     #[inline(always)]
     pub fn combined<const M: usize, const N: usize>(
         Moments(moments): &Moments<N>,
@@ -127,7 +127,7 @@ impl Frame {
 
 /// Points of a group.
 pub const GROUP: usize = 32;
-/// Groups that one thread makes at a time: fewer are not worth another thread.
+/// Groups that one thread makes at a time. For fewer, another thread does not pay.
 const PART: usize = 1024;
 
 /// The moments of GROUP neighbouring points about their middle, in units of their half width.
@@ -148,7 +148,7 @@ impl<const N: usize> Groups<N> {
             let half_width = 0.5 * (last - first);
             let frame = Frame {
                 anchor: first + half_width,
-                // Points at one abscissa have the offset zero, whatever the unit.
+                // Points at one abscissa have the offset zero in any unit.
                 per_h: if half_width > 0.0 { 1.0 / half_width } else { 1.0 },
             };
             let mut moments = Moments::ZERO;
@@ -218,8 +218,7 @@ impl<'a, const N: usize> SlidingSum<'a, N> {
         }
     }
 
-    /// The moments over the groups lo..hi, lo < hi, in the frame that there is then. Neither end may be less than in any call
-    /// before.
+    /// The moments over the groups lo..hi, lo < hi, in the present frame. Neither end may be less than in an earlier call.
     #[inline(never)]
     pub fn over(&mut self, lo: usize, hi: usize) -> Moments<N> {
         if lo >= self.split {

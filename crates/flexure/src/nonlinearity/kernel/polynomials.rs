@@ -74,8 +74,7 @@ fn falling(t: f64) -> [f64; 2] {
     [1.0 + t, -1.0]
 }
 
-/// What is to be done with a kernel's polynomials. M coefficients need N = M moments, and N = M + 2 for the local linear
-/// fit.
+/// A task that needs a kernel's polynomials. M coefficients need N = M moments, and N = M + 2 for the local linear fit.
 trait Task {
     /// For a kernel that is one polynomial on [-1, 1].
     fn one_polynomial<const M: usize, const N: usize>(&mut self, coefficients: impl Coefficients<M>);
@@ -142,13 +141,13 @@ impl Task for AtPoints<'_> {
     }
 }
 
-/// What is done with the sums at the data's own points.
+/// The use of the sums at the data's own points.
 pub trait Visit {
     /// For point `i`.
     fn visit(&mut self, i: usize, sums: Sums);
 
-    /// For many points at once, by sum w K and sum w K y of the local constants alone. No mass exceeds `most`. Returns
-    /// whether that was enough: if not, every point will be visited.
+    /// For many points at once, with sum w K and sum w K y of the local constants only. No mass exceeds `most`. Returns whether these sums
+    /// were enough. If not, every point will be visited.
     fn constants(&mut self, points: Range<usize>, sums: &[[f64; 2]], most: f64) -> bool;
 }
 
@@ -206,7 +205,7 @@ impl Task for AtOwnPoints<'_> {
     }
 }
 
-/// Points for which the sums over the lower half of the window are kept until those over the upper half are there.
+/// Points for which the sums over the lower half of the window are kept until the sums over the upper half are known.
 const TILE: usize = 256;
 
 /// Visits the sums with the triangular kernel at the increasing points `at[range]` that have any data in reach.

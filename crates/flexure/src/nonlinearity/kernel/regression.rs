@@ -40,8 +40,8 @@ impl KernelRegression {
         self.fit_sorted(Sorted::new(x, y, None))
     }
 
-    /// [`fit`](Self::fit) with weights of the observations, as of least squares: an observation of weight 2
-    /// counts as two, one of weight 0 as none.
+    /// [`fit`](Self::fit) with weights of the observations, as of least squares: an observation of weight 2 counts as two observations, and
+    /// one of weight 0 does not count.
     ///
     /// # Errors
     /// Those of `fit`, [`Error::Parameter`] for a negative weight, and [`Error::Data`]: `TooShort` without any
@@ -69,7 +69,7 @@ impl KernelRegression {
     }
 }
 
-/// Weights for `points` points: finite, not negative, at least `need` of them positive.
+/// Checks weights for `points` points: they are finite and not negative, and at least `need` are positive.
 pub(crate) fn check_weights(weights: &[f64], points: usize, need: usize) -> Result<()> {
     if weights.len() != points {
         return Err(Error::length("weights", weights.len(), points));
@@ -93,7 +93,7 @@ pub(crate) fn check_weights(weights: &[f64], points: usize, need: usize) -> Resu
     Ok(())
 }
 
-/// Finite points, at least `need` of them.
+/// Checks that the points are finite and that there are at least `need`.
 pub(crate) fn check_points(x: &[f64], y: &[f64], need: usize) -> Result<()> {
     if x.len() != y.len() {
         return Err(Error::length("y", y.len(), x.len()));
@@ -118,8 +118,8 @@ impl KernelFit {
     /// The same data with a polynomial of another degree fitted around every point: a constant unless this
     /// is called.
     ///
-    /// The local line (Fan 1993) falls back to the local constant where the points in reach do not determine a
-    /// line: where their abscissas' standard deviation, weighted by the kernel, is below 1e-9 bandwidths.
+    /// The local line (Fan 1993) falls back to the local constant where the points in reach do not determine a line. That is so if the
+    /// standard deviation of their abscissas, weighted by the kernel, is below 1e-9 bandwidths.
     #[must_use]
     pub fn with_degree(mut self, degree: Degree) -> Self {
         self.degree = degree;
@@ -162,11 +162,11 @@ impl KernelFit {
         let KernelRegression { kernel, bandwidth: h } = self.method;
         let mut squares = vec![None; self.data.len()];
         self.for_each(&self.data.x, |i, sums| {
-            // A point's own share in its fit makes its residual too small. That is divided out.
+            // A point's own share in its fit makes its residual too small. So the residual from the fit without the point is taken.
             let residual = sums.residual_without(self.degree, self.data.y[i], self.data.weight(i));
             squares[i] = residual.map(|r| r * r);
         });
-        // A point alone in its window says nothing about the noise. The mean of the others stands there.
+        // A point alone in its window says nothing about the noise. The mean over the others takes its place.
         let known: Vec<f64> = squares.iter().copied().flatten().filter(|s| s.is_finite()).collect();
         let typical = known.iter().sum::<f64>() / known.len().max(1) as f64;
         let squares: Vec<f64> = squares.into_iter().map(|s| s.unwrap_or(typical)).collect();

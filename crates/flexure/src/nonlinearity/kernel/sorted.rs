@@ -7,14 +7,13 @@ use crate::linear::correlation::weighted_mean;
 use crate::parallel;
 use crate::sort::order;
 
-/// Points sorted by abscissa, then ordinate, then weight, so that nothing depends on their order in the
-/// record.
+/// Points sorted by abscissa, then ordinate, then weight. So nothing depends on their order in the record.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Sorted {
     pub x: Vec<f64>,
-    /// The ordinates less their mean: sums of them then lose no digits to a large offset.
+    /// The ordinates minus their mean: so their sums lose no digits to a large offset.
     pub y: Vec<f64>,
-    /// Positive weights; none stands for ones.
+    /// Positive weights. `None`: every weight is 1.
     w: Option<Vec<f64>>,
     pub mean: f64,
 }
@@ -30,7 +29,7 @@ impl Sorted {
         Self::centred(gather(x), gather(y), weights.map(gather))
     }
 
-    /// Sorted points with the ordinates' mean taken off.
+    /// Sorted points; the ordinates' mean is subtracted.
     pub fn centred(x: Vec<f64>, mut y: Vec<f64>, w: Option<Vec<f64>>) -> Self {
         let mean = weighted_mean(&y, w.as_deref());
         y.iter_mut().for_each(|y| *y -= mean);
@@ -80,7 +79,7 @@ impl Sorted {
         if degree == Degree::Constant || !(sums.s[0] > 0.0) {
             return sums;
         }
-        // Again about the points' own centre, so that the spread of a far and narrow group loses no digits.
+        // A second pass about the points' own centre, so that the spread of a far and narrow group loses no digits.
         let anchor = (q + h * sums.s[1] / sums.s[0]).clamp(self.x[range.start], self.x[range.end - 1]);
         self.sums_over(range, kernel, h, q, anchor, skip)
     }
@@ -151,7 +150,7 @@ pub struct Increasing {
 }
 
 impl Increasing {
-    /// The finite ones of some values.
+    /// The finite values of `all`.
     pub fn new(all: &[f64]) -> Increasing {
         let mut order = order(&[all]);
         order.retain(|&i| all[i].is_finite());

@@ -1,4 +1,4 @@
-//! Kernel sums at a point, and the local constant fit, the quotient (13) and (21), or local linear fit that they make.
+//! Kernel sums at a point, and the fit from them: the local constant fit, which is the quotient (13) and (21), or the local linear fit.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,24 +10,25 @@ pub enum Degree {
     #[default]
     Constant,
     /// The weighted least-squares line (Fan 1993): no bias of first order at the boundary nor where the
-    /// density of x is uneven. Where the points in reach have (nearly) one abscissa, so that they
-    /// determine no line, it is the weighted mean: see [`crate::nonlinearity::KernelFit::with_degree`].
+    /// density of x is uneven. If the points in reach have (nearly) one abscissa, they determine no line, and the fit is the weighted mean:
+    /// see [`crate::nonlinearity::KernelFit::with_degree`].
     Linear,
 }
 
-/// Below this share of the largest possible sum a fast sum is replaced by the direct one: there the
-/// weights are so small that the moments' rounding would show.
+/// If a fast sum is below this share of the largest possible sum, the direct sum replaces it: the weights are then so small that the
+/// rounding of the moments would show.
 pub(super) const DIRECT_BELOW: f64 = 1e-3;
 
-/// Abscissas whose standard deviation is below this share of the bandwidth count as one: they determine no slope. Rounding.
+/// Abscissas count as one if their standard deviation is below this share of the bandwidth: only rounding separates them, and they
+/// determine no slope.
 pub(crate) const ONE_ABSCISSA: f64 = 1e-9;
 
 /// Weighted sums over the points about one point, in the coordinate u = (X - c)/h about some anchor c.
 ///
-/// For [`Degree::Constant`] only those without u count; the others are zero.
+/// For [`Degree::Constant`] only the sums without u count; the others are zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Sums {
-    /// sum w, sum w u^2 over the points in reach: what `s` could be at most.
+    /// sum w, sum w u^2 over the points in reach: upper bounds for `s`.
     pub mass: [f64; 2],
     /// sum w K u^k
     pub s: [f64; 3],
@@ -40,9 +41,9 @@ pub(crate) struct Sums {
 /// The fit at one point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Local {
-    /// The estimate less the ordinates' mean.
+    /// The estimate minus the ordinates' mean.
     pub value: f64,
-    /// The share of an observation of weight 1 at this very point in the estimate.
+    /// The share that an observation of weight 1 at this point would have in the estimate.
     pub leverage: f64,
 }
 
@@ -67,7 +68,7 @@ impl Sums {
         }
     }
 
-    /// The fit; nothing without points in reach.
+    /// The fit; `None` without points in reach.
     #[inline(always)]
     pub fn fit(&self, degree: Degree) -> Option<Local> {
         let [s0, s1, s2] = self.s;
@@ -94,7 +95,7 @@ impl Sums {
         })
     }
 
-    /// The share of a point of w K = 1 at (X - q)/h = `v` in the estimate.
+    /// The share that a point with w K = 1 at (X - q)/h = `v` has in the estimate.
     pub fn share(&self, degree: Degree, v: f64) -> f64 {
         let [s0, s1, s2] = self.s;
         let centre = s1 / s0;
@@ -106,8 +107,8 @@ impl Sums {
         1.0 / s0 + distance * (distance + v) / spread
     }
 
-    /// The residual of the ordinate `y`, of weight `w`, at this very point from the fit without it;
-    /// nothing where the others' share in the fit is too small to decide.
+    /// The residual of the ordinate `y`, of weight `w`, at this point from the fit without it. `None` if the other points' share in the fit
+    /// is too small to decide.
     #[inline(always)]
     pub fn residual_without(&self, degree: Degree, y: f64, w: f64) -> Option<f64> {
         if degree == Degree::Constant {
@@ -120,19 +121,19 @@ impl Sums {
     }
 }
 
-/// An ordinate beside the local constant without it.
+/// An ordinate in comparison with the local constant without it.
 #[derive(Clone, Copy, Default)]
 pub(super) struct LeftOut {
     /// The ordinate's weight.
     pub weight: f64,
     /// The residual times `rest`.
     pub scaled: f64,
-    /// The others' sum of K. Too small a share of it in the mass in reach says nothing.
+    /// The other points' sum of K. If its share in the mass in reach is too small, it says nothing.
     pub rest: f64,
 }
 
 impl LeftOut {
-    /// For an ordinate `y` of weight `w`, by the sums of K and K y.
+    /// For an ordinate `y` of weight `w`, from the sums of K and K y.
     #[inline(always)]
     pub fn new(y: f64, w: f64, [s, t]: [f64; 2]) -> LeftOut {
         // K(0) = 1: y - m_{-i} = (y sum K - sum K y) / (sum K - 1).

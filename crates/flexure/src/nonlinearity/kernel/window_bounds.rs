@@ -7,9 +7,9 @@
 //!  +──┴───── i       It has at most 2 n steps.
 //! ```
 //!
-//! A step has no branch that could be mispredicted, but it must wait for the step before. So a tile of steps is cut into
-//! several pieces, whose starts are found by bisection along the diagonals i + j = const, and the pieces are walked side by
-//! side. This takes a third of the time of two searches for every point.
+//! A step has no branch that could be mispredicted, but it must wait for the step before. So a tile of steps is cut into several pieces,
+//! which are walked side by side. Bisection along the diagonals i + j = const finds their starts. This takes a third of the time of two
+//! searches for every point.
 
 use std::ops::Range;
 
@@ -18,10 +18,10 @@ const TILE: usize = 4096;
 /// Pieces that are walked side by side.
 const PIECES: usize = 6;
 
-/// Sorted abscissas, continued by infinity.
+/// Sorted abscissas, followed by infinities.
 pub struct Abscissas<'a> {
     x: &'a [f64],
-    /// The last points and what follows them.
+    /// The last points and the infinities after them.
     tail: Vec<f64>,
     tail_start: usize,
 }
@@ -43,7 +43,7 @@ impl<'a> Abscissas<'a> {
     }
 }
 
-/// The windows of a range of points, some of them at a time.
+/// The windows of a range of points, found tile by tile.
 pub struct WindowBounds<'a> {
     abscissas: &'a Abscissas<'a>,
     h: f64,
@@ -64,8 +64,8 @@ pub struct Scratch {
     starts: Vec<u32>,
     /// The ends of the windows that the last tile has found.
     ends: Box<[u32; TILE]>,
-    /// The i at which the walk left each j of a tile, and the j at which it left each i. Both are counted from the start
-    /// of the tile.
+    /// For each j of a tile, the i at which the walk left it; for each i, the j at which the walk left it. Both count from the start of the
+    /// tile.
     i_of_j: Box<[u16; TILE]>,
     j_of_i: Box<[u16; TILE]>,
 }
@@ -81,7 +81,7 @@ impl Default for Scratch {
     }
 }
 
-/// Points that follow one another, the starts of their windows and the ends.
+/// Consecutive points, and the starts and ends of their windows.
 pub struct PointWindows<'a> {
     pub points: Range<usize>,
     pub starts: &'a [u32],
@@ -131,7 +131,7 @@ impl<'a> WindowBounds<'a> {
         (!points.is_empty()).then_some(PointWindows { points, starts, ends })
     }
 
-    /// Walks TILE steps, or those that remain.
+    /// Walks TILE steps, or all remaining steps if there are fewer.
     fn walk_tile(&mut self) {
         let (i, j) = (self.i, self.j);
         let steps = TILE.min(self.last.0 - i + (self.last.1 - j));
@@ -155,7 +155,7 @@ impl<'a> WindowBounds<'a> {
         (self.i, self.j) = (i + right, j + up);
     }
 
-    /// Walks this many steps, TILE at most. Returns how many went up, to the next j; the others went to the right, to the next i.
+    /// Walks this many steps, at most TILE. Returns how many went up, to the next j. The others went to the right, to the next i.
     #[inline(never)]
     fn walk(&mut self, steps: usize) -> usize {
         let (xi, xj, h) = (self.abscissas.tile(self.i), self.abscissas.tile(self.j), self.h);
@@ -169,13 +169,13 @@ impl<'a> WindowBounds<'a> {
         for step in 0..steps.div_ceil(PIECES) {
             for (j, diagonal) in js.iter_mut().zip(diagonals) {
                 let i = diagonal + step - *j;
-                // Both entries are written again until the walk has left i or j.
+                // Both entries are overwritten until the walk has left i or j.
                 i_of_j[*j % TILE] = i as u16;
                 j_of_i[i % TILE] = *j as u16;
                 *j += usize::from(goes_up(i, *j));
             }
         }
-        // At the first cell of a piece the last writer may have been the piece before it. So the end of that row and of that column is
+        // The first cell of a piece may have been written last by the piece before it. So the end of that row and of that column is
         // searched again.
         for piece in (1..PIECES).rev() {
             let end = diagonals.get(piece + 1).map_or(steps, |&diagonal| diagonal);
@@ -192,11 +192,11 @@ impl<'a> WindowBounds<'a> {
     }
 }
 
-/// The j at which the walk crosses each of the diagonals i + j = `sums`, the last of which is the farthest.
+/// The j at which the walk crosses each of the diagonals i + j = `sums`. The last diagonal is the farthest.
 #[inline(always)]
 fn on_diagonals<const D: usize>(sums: [usize; D], goes_up: impl Fn(usize, usize) -> bool) -> [usize; D] {
-    // The lowest i on the diagonal whose window holds the j before. All bisections are made at once and without a branch,
-    // as each of them waits for what it has read.
+    // Searches the lowest i on the diagonal whose window holds the j before. All bisections are made at once and without a branch, because
+    // a single one would wait for each value that it reads.
     let (mut low, mut len) = ([0; D], sums);
     for _ in 0..usize::BITS - sums[D - 1].leading_zeros() {
         for k in 0..D {
@@ -204,7 +204,7 @@ fn on_diagonals<const D: usize>(sums: [usize; D], goes_up: impl Fn(usize, usize)
             let beyond = !goes_up(low[k] + half, sums[k].wrapping_sub(low[k] + half + 1));
             let beyond = usize::from(beyond) & usize::from(len[k] > 0);
             low[k] += beyond * (half + 1);
-            // Of an odd number there are as many on either side.
+            // An odd number has equally many on either side of the middle.
             len[k] = half - (beyond & !len[k]);
         }
     }

@@ -1,9 +1,9 @@
-//! Which window at which node, where the jumps are, and the curve that follows.
+//! The choice of a window for every node, the places of the jumps, and the curve from them.
 
 use super::windows::{Family, Line, Windows};
 use crate::nonlinearity::kernel::Sorted;
 
-/// Left and right contradict each other when they differ by more standard errors than this.
+/// The estimates from the left and from the right contradict each other if they differ by more than this many standard errors.
 const CONTRADICTION: f64 = 6.0;
 
 /// Jumps below this share of the largest ordinate are rounding.
@@ -14,7 +14,7 @@ const ROUNDING: f64 = 1e-9;
 pub enum Side {
     /// To the left only.
     Left,
-    /// To both.
+    /// To both sides.
     Both,
     /// To the right only.
     Right,
@@ -25,13 +25,13 @@ pub enum Side {
 pub struct LocalWindow {
     /// The node, in the unit of x.
     pub x: f64,
-    /// How far the window reaches, to either side or to one (Gaussian: its standard deviation), in the unit of x.
+    /// How far the window reaches, to both sides or to one (Gaussian: its standard deviation), in the unit of x.
     pub bandwidth: f64,
     /// The sides to which it reaches.
     pub side: Side,
     /// The estimate.
     pub value: f64,
-    /// Its standard error; the bias is of the same size at most, and not in it.
+    /// Its standard error. It does not include the bias, which is at most as large.
     pub standard_error: f64,
 }
 
@@ -81,7 +81,7 @@ impl Broken {
         self.y.push(y);
     }
 
-    /// The value at `x`, at a jump that from the right.
+    /// The value at `x`; at a jump, the value on its right.
     pub fn value(&self, x: f64) -> f64 {
         let Some(Piece { first, slope }) = self.piece(x) else {
             return self.y.first().copied().unwrap_or(f64::NAN);
@@ -120,8 +120,8 @@ impl Windows<'_> {
         Chosen::smooth(self.table(|j| lines[j].map(window)), data)
     }
 
-    /// At every node of the three families' last consistent lines that with the smallest standard error; consistent are
-    /// lines whose intervals of `threshold` standard errors have a point in common.
+    /// Each of the three families has a last consistent line at every node. The one with the smallest standard error is chosen. Lines are
+    /// consistent if their intervals of `threshold` standard errors have a point in common.
     pub fn adapted(&self, data: &Sorted, threshold: f64) -> Chosen {
         let nodes = self.design.nodes.len();
         let grown = |family: &Family, side: Side| -> Vec<Option<Grown>> {
@@ -159,7 +159,7 @@ impl Windows<'_> {
             .collect()
     }
 
-    /// The last line at node `j` whose interval and those of all before have a point in common.
+    /// The last line at node `j` whose interval has a point in common with the intervals of all lines before it.
     fn last_consistent(&self, family: &Family, side: Side, j: usize, threshold: f64) -> Option<Grown> {
         let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
         let mut last = None;
@@ -175,8 +175,8 @@ impl Windows<'_> {
         last
     }
 
-    /// Runs of cells between nodes over which the line from the left and that from the right contradict each other, by
-    /// more than both biases can explain; each with the lines from the nodes before and after.
+    /// Runs of cells between nodes over which the line from the left and the line from the right contradict each other by more than both
+    /// biases can explain. Each run comes with the lines from the nodes before and after it.
     fn jumps(&self, data: &Sorted, [left, right]: [&[Option<Grown>]; 2], smooth: &Broken) -> Vec<Jump> {
         let evidence = 2.0 * (left.len() as f64).ln();
         let across = |from: usize, to: usize| {
@@ -218,7 +218,7 @@ impl Windows<'_> {
 /// A jump between two nodes, and the lines on either side with their nodes.
 struct Jump {
     x: f64,
-    /// Between the points beside it.
+    /// The distance between the points on either side of the jump.
     spacing: f64,
     nodes: [f64; 2],
     lines: [Line; 2],
@@ -229,28 +229,28 @@ impl Jump {
         self.lines[side].value + self.lines[side].slope * (x - self.nodes[side])
     }
 
-    /// What is left of the jump when the two lines may meet within so far: nothing at a kink.
+    /// The height that remains if the two lines may meet anywhere within `spacing`. It is not positive at a kink.
     fn height(&self) -> f64 {
         let [l, r] = self.lines;
         let bent = (l.slope - r.slope).abs() * self.spacing;
         (self.value(0, self.x) - self.value(1, self.x)).abs() - bent
     }
 
-    /// At the place where the points between the nodes leave the smallest residuals; nothing where all of them belong
-    /// to one side, or where the sum of their squares is not less by `evidence` than about the curve without a jump.
+    /// Puts the jump where the residuals of the points between the nodes are smallest. `None` if all of them belong to one side, or if the
+    /// sum of their squares is not smaller by `evidence` than without a jump.
     fn placed(mut self, data: &Sorted, smooth: &Broken, evidence: f64) -> Option<Jump> {
         let from = data.x.partition_point(|&x| x < self.nodes[0]);
         let to = data.x.partition_point(|&x| x <= self.nodes[1]);
         let square = |i: usize, value: f64| data.weight(i) * (data.y[i] - value).powi(2);
         let (mut gain, mut best, mut place, mut spacing) = (0.0, f64::NEG_INFINITY, f64::NAN, 0.0);
         for i in from..to {
-            // First as if all points were to the right of the jump, then one after the other to its left.
+            // First all points are taken as right of the jump, then one after the other as left of it.
             gain += square(i, smooth.value(data.x[i])) - square(i, self.value(1, data.x[i]));
         }
         for i in from..to.saturating_sub(1) {
             let (x, next) = (data.x[i], data.x[i + 1]);
             gain += square(i, self.value(1, x)) - square(i, self.value(0, x));
-            // Not between points of one abscissa.
+            // A jump does not lie between points of one abscissa.
             if gain > best && next > x {
                 (best, place, spacing) = (gain, x + 0.5 * (next - x), next - x);
             }
@@ -260,7 +260,7 @@ impl Jump {
     }
 }
 
-/// Through the table, with the jumps: between the nodes of a jump its two lines.
+/// The curve through the table. Between the nodes of a jump it follows the jump's two lines.
 fn curve(table: &[LocalWindow], jumps: &[Jump], data: &Sorted) -> Broken {
     let mut curve = Broken::default();
     let mut rest = jumps.iter().peekable();
@@ -273,7 +273,7 @@ fn curve(table: &[LocalWindow], jumps: &[Jump], data: &Sorted) -> Broken {
             curve.push(window.x, window.value);
         }
     }
-    // Without any window the mean is all there is.
+    // Without any window only the mean is known.
     if curve.x.is_empty() {
         curve.push(data.x[0], 0.0);
     }

@@ -1,17 +1,16 @@
-//! The local line with a bandwidth, and a side, of its own at every point.
+//! The local line with its own bandwidth and side at every point.
 //!
-//! At every node of a table the line is fitted over windows of growing width: around the node, to its left only and to
-//! its right only. Each of the three families grows as long as its confidence intervals have a point in common
-//! (Lepski 1990; Goldenshluger and Nemirovski 1997; Lepski, Mammen and Spokoiny 1997); of the three the estimate with
-//! the smallest standard error is taken. At a kink or a jump that is a one-sided one, wide as the data beside it allow
-//! (Qiu 2003; Gijbels, Lambert and Qiu 2007), where one bandwidth for all has to be narrow everywhere. Where the left and
-//! the right estimates contradict each other there is a jump; its place is then the split of the points there that
-//! leaves the smallest residuals.
+//! At every node of a table the line is fitted over windows of growing width: around the node, only to its left and only to its right. Each
+//! of the three families grows as long as its confidence intervals have a point in common (Lepski 1990; Goldenshluger and Nemirovski 1997;
+//! Lepski, Mammen and Spokoiny 1997). Of the three estimates, the one with the smallest standard error is taken. Near a kink or a jump it
+//! is one-sided, and as wide as the data on that side allow (Qiu 2003; Gijbels, Lambert and Qiu 2007). One bandwidth for all points would
+//! have to be narrow everywhere. If the left and the right estimates contradict each other, there is a jump. Its place is the split of the
+//! points there that leaves the smallest residuals.
 //!
-//! How readily the windows stop growing is chosen by cross-validation between two halves of the data, and so is
-//! whether local bandwidths are used at all: where they are not clearly better, one bandwidth by leave-one-out serves.
+//! Cross-validation between two halves of the data chooses how early the windows stop growing. It also decides whether local bandwidths are
+//! used at all: if they are not clearly better, one bandwidth by leave-one-out serves.
 //!
-//! The other way to local bandwidths is the plug-in rule ([`plug_in`]): what minimises the asymptotic error at x.
+//! The other way to local bandwidths is the plug-in rule ([`plug_in`]): the bandwidth that minimises the asymptotic error at x.
 
 mod choice;
 mod noise;
@@ -37,12 +36,12 @@ const FEWEST: usize = 50;
 /// How the local bandwidths are chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LocalRule {
-    /// By growing windows, to both sides and to one, as long as their estimates agree (Lepski 1990; Goldenshluger and
-    /// Nemirovski 1997): follows jumps and kinks. Validation on the data decides whether it is used at all.
+    /// Windows to both sides and to one side grow as long as their estimates agree (Lepski 1990; Goldenshluger and Nemirovski 1997). The
+    /// estimate follows jumps and kinks. Validation on the data decides whether the rule is used at all.
     #[default]
     Lepski,
-    /// By the asymptotic error's minimum at x, in which the noise, the density and m'' around x count (Fan and Gijbels
-    /// 1996, section 4.3): for a smooth m that bends, or noise that grows, more in some places than in others.
+    /// The minimum of the asymptotic error at x, which depends on the noise, the density and m'' around x (Fan and Gijbels 1996, section
+    /// 4.3). It suits a smooth m whose curvature, or whose noise, differs from place to place.
     PlugIn,
 }
 
@@ -54,9 +53,9 @@ pub enum LocalRule {
 /// | `rule` | how the bandwidths are chosen | | Lepski's |
 /// | `outside` | the estimate beyond the data's range and in empty windows | | NaN |
 ///
-/// The estimate is tabulated at up to 2000 quantiles of the data and at the jumps that were found, and straight between; where
-/// no window reaches, between data far apart, `outside` decides as it does beyond the data: NaN, the estimate at the nearer
-/// abscissa, or the straight line between.
+/// The estimate is tabulated at up to 2000 quantiles of the data and at the jumps that were found. It is straight between them. Where no
+/// window reaches, between data far apart, `outside` decides as it does beyond the data: NaN, the estimate at the nearer abscissa, or the
+/// straight line between the two.
 ///
 /// ```
 /// use flexure::nonlinearity::{Estimator, LocalKernel, Regression};
@@ -101,7 +100,7 @@ struct Gap {
 }
 
 impl Gap {
-    /// All gaps, in order; the windows at two neighbouring abscissas are those of the nodes next to them.
+    /// All gaps, in order. The windows at two neighbouring abscissas are those of the nearest nodes.
     fn all(data: &Sorted, table: &[LocalWindow]) -> Vec<Gap> {
         let bandwidth = |x: f64| {
             let after = table.partition_point(|w| w.x < x);
@@ -204,25 +203,25 @@ impl LocalKernelFit {
         &self.jumps
     }
 
-    /// By Lepski's rule, the half width of the confidence intervals that decide how far a window grows, in standard
-    /// errors; none where one bandwidth serves for all points.
+    /// For Lepski's rule: the half width of the confidence intervals that decide how far a window grows, in standard errors. `None` if one
+    /// bandwidth serves for all points.
     pub fn threshold(&self) -> Option<f64> {
         self.better.map(|better| better.threshold)
     }
 
-    /// By Lepski's rule, the mean squared error with which either half of the data (every other point in order of x) is
-    /// predicted from the other, in the squared unit of y; none where one bandwidth serves for all points.
+    /// For Lepski's rule: the mean squared error with which each half of the data (every other point in order of x) is predicted from the
+    /// other, in the squared unit of y. `None` if one bandwidth serves for all points.
     pub fn prediction_error(&self) -> Option<f64> {
         self.better.map(|better| better.error)
     }
 
-    /// By Lepski's rule, [`prediction_error`](Self::prediction_error) with one bandwidth for all points, of which it is
+    /// For Lepski's rule: the error of prediction with one bandwidth for all points. [`prediction_error`](Self::prediction_error) is
     /// clearly less.
     pub fn prediction_error_of_one(&self) -> Option<f64> {
         self.better.map(|better| better.error_of_one)
     }
 
-    /// The search for one bandwidth for all points; by the plug-in rule without scores.
+    /// The search for one bandwidth for all points. With the plug-in rule it has no scores.
     pub fn global(&self) -> &BandwidthSearch {
         &self.global
     }

@@ -5,14 +5,14 @@ use crate::nonlinearity::kernel::{Degree, Kernel, Sorted, for_each_sum};
 /// The variance is averaged over this share of the data's extent on either side.
 const WINDOW: f64 = 0.15;
 
-/// The standard deviation of an observation of weight one at each of the increasing points `at`: the local mean square
-/// of the differences between every ordinate and the straight line through its neighbours', which a smooth m leaves
-/// alone (Gasser, Sroka and Jennen-Steinmetz 1986).
+/// The standard deviation of an observation of weight one at each of the increasing points `at`: the local mean square of the differences
+/// between every ordinate and the straight line through its neighbours. A smooth m hardly affects these differences (Gasser, Sroka and
+/// Jennen-Steinmetz 1986).
 pub fn deviation(data: &Sorted, extent: f64, at: &[f64]) -> Vec<f64> {
     let last = data.len() - 1;
     let squares: Vec<f64> = (1..last).map(|i| square(data, i)).collect();
     let differences = Sorted::new(&data.x[1..last], &squares, None);
-    // Where no difference is in reach the overall mean stands.
+    // Where no difference is in reach, the overall mean is used.
     let mut variance = vec![differences.mean; at.len()];
     for_each_sum(
         &differences,
@@ -26,12 +26,12 @@ pub fn deviation(data: &Sorted, extent: f64, at: &[f64]) -> Vec<f64> {
             }
         },
     );
-    // Ordinates on a line have no noise, but their rounding.
+    // Ordinates on a line have no noise except for their rounding.
     let floor = f64::EPSILON * data.y.iter().fold(0.0_f64, |m, y| m.max(y.abs()));
     variance.into_iter().map(|v| v.max(0.0).sqrt().max(floor)).collect()
 }
 
-/// The squared difference at an inner point, of the variance of an observation of weight one.
+/// The squared difference at an inner point, scaled to the variance of an observation of weight one.
 fn square(data: &Sorted, i: usize) -> f64 {
     let gap = data.x[i + 1] - data.x[i - 1];
     let right = if gap > 0.0 {

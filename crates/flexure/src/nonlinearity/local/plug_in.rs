@@ -1,12 +1,11 @@
 //! Local bandwidths by plug-in (Fan and Gijbels 1996, section 4.3; Brockmann, Gasser and Herrmann 1993).
 //!
 //! $$ h(x) = \Bigl(\frac{R(K)}{\mu_2(K)^2} \frac{\sigma^2(x)}{m''(x)^2\, n f(x)}\Bigr)^{1/5} $$
-//! minimises the asymptotic squared error of the local line at x. The noise is that of differences of neighbours
-//! ([`noise`](super::noise)), n f(x) the weight of the points around x over their extent, and m'' that of the pilot of the
-//! global plug-in rule (Ruppert, Sheather and Wand 1995), a local cubic. Where m'' has a zero the formula asks for an
-//! infinite window; so m''^2 is averaged over the pilot's own window, the bandwidth kept between the narrowest of
-//! Lepski's windows and the data's extent, and nowhere wider than the bandwidth at any other place and the way there: a
-//! window does not reach far into a place that calls for a narrow one.
+//! minimises the asymptotic squared error of the local line at x. The noise comes from differences of neighbours ([`noise`](super::noise)).
+//! n f(x) is the weight of the points around x divided by their extent. m'' is that of a local cubic, the pilot of the global plug-in rule
+//! (Ruppert, Sheather and Wand 1995). At a zero of m'' the formula gives an infinite window. So m''^2 is averaged over the pilot's own
+//! window, and the bandwidth is kept between the narrowest of Lepski's windows and the data's extent. It is also at most the bandwidth at
+//! any other place plus the distance to it: so a window does not reach far into a place that needs a narrow one.
 
 use super::choice::{LocalWindow, Side};
 use super::windows::{Design, square_share};
@@ -59,7 +58,7 @@ impl PlugInWindows {
 fn bandwidths(data: &Sorted, design: &Design, bend: &Bend) -> Vec<f64> {
     let (nodes, extent) = (&design.nodes, bulk(&data.x));
     let narrowest = design.bandwidths.first().copied().unwrap_or(extent);
-    // The weight of the points for a unit of x, over windows as wide as the pilot's.
+    // The weight of the points per unit of x, over windows as wide as the pilot's.
     let reach = bend.window.max(narrowest);
     let (low, high) = (data.x[0], data.x[data.len() - 1]);
     let mut density = vec![0.0; nodes.len()];
@@ -70,7 +69,7 @@ fn bandwidths(data: &Sorted, design: &Design, bend: &Bend) -> Vec<f64> {
     let mut bandwidths: Vec<f64> = (0..nodes.len())
         .map(|j| {
             let ratio = design.noise[j].powi(2) / (curvature(bend, nodes[j]) * density[j]);
-            // NaN, a straight line without noise, becomes the widest.
+            // NaN arises for a straight line without noise. It becomes the widest window.
             (canonical(design.kernel) * ratio.powf(0.2)).min(extent).max(narrowest)
         })
         .collect();

@@ -1,4 +1,4 @@
-//! Whether local bandwidths, and how local: by cross-validation between two halves of the data.
+//! Decides whether local bandwidths are used, and with which threshold, by cross-validation between two halves of the data.
 
 use super::choice::Broken;
 use super::windows::{Design, Windows};
@@ -7,10 +7,10 @@ use crate::sort;
 
 /// Half widths of the confidence intervals to try, in standard errors.
 const THRESHOLDS: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
-/// A gain of so many standard errors is clear: for smooth m the gain is negative, of 540 records one came so far.
+/// A gain of this many standard errors is clear. For smooth m the gain is negative: of 540 records, one reached this limit.
 const CLEARLY: f64 = 1.0;
-/// Beside a jump a few errors are so large that nothing is clear in them; then a gain of so many standard errors is that
-/// remains with errors cut off at so many standard deviations.
+/// Near a jump a few errors are so large that no gain is clear. Then errors are cut off at this many standard deviations, and a gain of
+/// this many standard errors is clear.
 const CLEARLY_ELSEWHERE: f64 = 3.0;
 const CUT: f64 = 4.0;
 /// The median of the square of a standard normal variable.
@@ -27,17 +27,16 @@ pub struct Better {
     pub threshold: f64,
     /// The mean squared error with which either half of the data is predicted from the other.
     pub error: f64,
-    /// That of one bandwidth for all points.
+    /// The same error with one bandwidth for all points.
     pub error_of_one: f64,
 }
 
-/// The threshold with the smallest error of prediction from either half (every other point in order of x) of the other;
-/// nothing where the gain over one bandwidth for all is not clear: more than its standard error, or three times that
-/// where large errors are cut off.
+/// The threshold with the smallest prediction error between the two halves (every other point in order of x). `None` if the gain over one
+/// bandwidth for all is not clear. A clear gain is more than its standard error, or three times that if large errors are cut off.
 pub fn threshold(data: &Sorted, design: &Design) -> Option<Better> {
     let mut gains = [Gain::default(); THRESHOLDS.len()];
     let (mut errors, mut size) = (0.0, 0.0);
-    // The squares' squares of large ordinates, and of small ones, leave the range of floating-point numbers.
+    // The fourth powers of very large or very small ordinates leave the range of floating-point numbers.
     let unit = data.y.iter().fold(0.0, |most: f64, y| most.max(y.abs()));
     let unit = if unit.is_normal() { unit } else { 1.0 };
     for first in 0..2 {
@@ -51,7 +50,7 @@ pub fn threshold(data: &Sorted, design: &Design) -> Option<Better> {
                 .collect()
         };
         let global = squares(&windows.uniform(&train, HALVED * design.global).curve);
-        // With groups of points in place of points, what is among those of a group is in no difference, but in the error.
+        // If groups stand for points, the scatter within a group is in no difference of two predictions, but it is in the error.
         let squared = |data: &Sorted| {
             (0..data.len())
                 .map(|i| data.weight(i) * (data.y[i] / unit).powi(2))
@@ -75,10 +74,10 @@ pub fn threshold(data: &Sorted, design: &Design) -> Option<Better> {
     })
 }
 
-/// By how much local bandwidths predict better than one.
+/// How much better local bandwidths predict than one.
 #[derive(Clone, Copy, Default)]
 struct Gain {
-    /// The sum of the differences of the squared errors, and of these differences' squares.
+    /// The sum of the differences of the squared errors, and the sum of the squares of these differences.
     sum: f64,
     squares: f64,
     /// The same with errors cut off.
@@ -119,7 +118,7 @@ mod tests {
     use super::*;
     use crate::nonlinearity::Kernel;
 
-    /// In every unit of y the same is chosen, and the errors have the unit's square.
+    /// The choice is the same in every unit of y, and the errors scale with the square of the unit.
     #[test]
     fn the_choice_does_not_depend_on_the_unit() {
         let n = 2000;

@@ -5,24 +5,24 @@ use crate::nonlinearity::kernel::{Degree, Kernel, Sorted, Sums, for_each_sum};
 use crate::parallel;
 use crate::selection::bulk;
 
-/// Nodes: at most so many, and one for so many points.
+/// The most nodes, and the number of points for each node.
 const NODES: usize = 2000;
 const POINTS_A_NODE: usize = 8;
 /// Every window is wider than the one before by this factor.
 const GROWTH: f64 = std::f64::consts::SQRT_2;
-/// The narrowest window holds about so many points, and is at least this share of the data's extent.
+/// The narrowest window holds about this many points, and is at least this share of the data's extent.
 const SMALLEST: f64 = 12.0;
 const SMALLEST_SHARE: f64 = 1e-4;
 /// It is at least this share of the bandwidth that serves for all points: narrower windows would only be noise.
 const SMALLEST_OF_ONE: f64 = 0.125;
-/// Above this number points that are close together are taken as one.
+/// If there are more points than this, points that are close together are taken as one.
 const GROUPS: usize = 32_768;
-/// By this share a one-sided window reaches over its node.
+/// A one-sided window reaches beyond its node by this share.
 const EDGE: f64 = 1e-9;
 /// The widest group, in narrowest bandwidths.
 const GROUP: f64 = 0.125;
 
-/// Where to estimate, with which bandwidths and how large the noise is: what halves of the data share with the whole.
+/// The nodes, the bandwidths and the size of the noise. The halves of the data share them with the whole.
 pub struct Design {
     /// Increasing.
     pub nodes: Vec<f64>,
@@ -62,7 +62,7 @@ impl Design {
         }
     }
 
-    /// The data with runs of near points replaced by their means, where there are many.
+    /// The data. If there are many points, runs of near points are replaced by their means.
     pub fn grouped(&self, data: &Sorted) -> Sorted {
         if data.len() <= GROUPS {
             return data.clone();
@@ -86,7 +86,7 @@ impl Design {
             start = end;
         }
         let mut grouped = Sorted::new(&x, &y, Some(&w));
-        // About the same mean as before.
+        // The ordinates are relative to the same mean as before.
         grouped.y.iter_mut().for_each(|y| *y += grouped.mean);
         grouped.mean = 0.0;
         grouped
@@ -102,7 +102,7 @@ pub struct Line {
     pub error: f64,
 }
 
-/// The lines of one family, for every bandwidth and node; nothing where no data are in reach.
+/// The lines of one family, for every bandwidth and node; `None` where no data are in reach.
 pub type Family = Vec<Vec<Option<Line>>>;
 
 /// All lines at all nodes.
@@ -136,8 +136,8 @@ impl<'a> Windows<'a> {
 
 /// The lines over windows that reach from the node by `h` to both sides (`centre` 0), or to one.
 fn lines(data: &Sorted, design: &Design, h: f64, centre: f64) -> Vec<Option<Line>> {
-    // The half of a window is a window itself, at whose end the line is read off. It reaches a little further, so that
-    // the node's own point is in it whatever is rounded.
+    // The half of a window is a window itself, and the line is evaluated at its end. It reaches a little further, so that the node's own
+    // point is inside in spite of rounding.
     let (kernel, half, reach) = if centre == 0.0 {
         (design.kernel, h, h)
     } else {
@@ -167,8 +167,8 @@ fn lines(data: &Sorted, design: &Design, h: f64, centre: f64) -> Vec<Option<Line
     lines
 }
 
-/// $\int K^2 / \int K$, by which the variance of an estimate follows from its leverage: exact for the uniform kernel,
-/// asymptotic for the others.
+/// $\int K^2 / \int K$: the variance of an estimate is its leverage times this. It is exact for the uniform kernel, asymptotic for the
+/// others.
 pub(super) fn square_share(kernel: Kernel) -> f64 {
     match kernel {
         Kernel::Uniform => 1.0,

@@ -5,7 +5,7 @@ use super::{Mass, Neighbourhood, Scores};
 use crate::interrupt;
 use crate::sort::order;
 
-/// Sorted points, those of one abscissa together.
+/// Sorted points. Points with the same abscissa form a group.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Line {
     /// The distinct abscissas, increasing.
@@ -43,7 +43,7 @@ impl Sum {
     }
 }
 
-/// The abscissas from `left` up to but without `right`.
+/// The abscissas from `left` up to `right`, which is excluded.
 #[derive(Debug, Clone, Copy)]
 struct Window {
     left: usize,
@@ -85,12 +85,12 @@ impl Line {
     /// Moves `window` to the smallest set of nearest abscissas around `q`, ties included, of weight at least
     /// `need` (no more than all), and returns its sums.
     ///
-    /// Whatever the window was, the result is the same; from that of a neighbouring query it takes few steps.
+    /// The result does not depend on the window before. From the window of a neighbouring query it takes few steps.
     fn slide(&self, window: &mut Window, q: f64, need: f64) -> Neighbourhood {
         let n = self.x.len();
         let Window { left, right } = *window;
         if !(self.x[left.min(n - 1)] <= q && q <= self.x[right.min(n - 1)]) {
-            // A far jump: from the query's own place it takes no more steps than there are neighbours.
+            // The query is far away: from its own place the search takes no more steps than there are neighbours.
             let at = self.x.partition_point(|&x| x < q);
             *window = Window { left: at, right: at };
         }
@@ -99,7 +99,7 @@ impl Line {
         loop {
             let Window { left, right } = *window;
             let weight = self.weight[right].minus(self.weight[left]);
-            // All that is nearer than the farthest inside comes in, then the farthest goes if the rest will do.
+            // Every abscissa nearer than the farthest one inside is added. Then the farthest is removed if the rest is enough.
             let farthest = if left < right {
                 (q - self.x[left]).max(self.x[right - 1] - q)
             } else {
@@ -120,7 +120,7 @@ impl Line {
                 *window = inner;
                 continue;
             }
-            // The tied ones by themselves, not as a difference that cancels.
+            // The tied points are summed by themselves: a difference would lose digits.
             let low = self.mass(Window {
                 left,
                 right: inner.left,

@@ -1,9 +1,9 @@
 //! The mean over the k nearest neighbours (Stone 1977).
 //!
 //! $$ m_n(x) = \frac1k \sum_{i \in N_k(x)} Y_i . $$
-//! Points at exactly the distance of the k-th neighbour share the places that are left, so that ties are
-//! nobody's luck. A point of weight w counts as w points. In one variable a sweep over the sorted points
-//! costs O(1) a query whatever k; in several a k-d tree finds the neighbours.
+//! Points at exactly the distance of the k-th neighbour share the places that are left, so that ties need no arbitrary choice. A point of
+//! weight w counts as w points. In one variable a sweep over the sorted points costs O(1) per query for every k. In several variables a k-d
+//! tree finds the neighbours.
 
 mod line;
 mod tree;
@@ -31,10 +31,10 @@ const FINER: usize = 5;
 /// | `outside` | the estimate where a coordinate lies beyond its column's range | | NaN |
 ///
 /// In several variables the distance is Euclidean after division of every column by its standard deviation.
-/// Distances are equal when they are in floating-point arithmetic.
+/// Distances are equal if they are equal in floating-point arithmetic.
 ///
-/// In one variable the data choose among all k, in d > 1 among those up to 2 n^(4/(4 + d)), twice the order that
-/// is best for a smooth m.
+/// In one variable the data choose among all k. In d > 1 variables they choose among those up to 2 n^(4/(4 + d)), twice the order that is
+/// best for a smooth m.
 ///
 /// ```
 /// use flexure::nonlinearity::{Choice, Estimator, NearestNeighbours, Regression};
@@ -45,10 +45,10 @@ const FINER: usize = 5;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct NearestNeighbours {
-    /// Their number k.
+    /// The number of neighbours k.
     pub neighbours: Choice<usize>,
-    /// The estimate where a coordinate lies beyond its column's range. The estimate is a step function, so that
-    /// its linear continuation is that to the nearest point of the range.
+    /// The estimate where a coordinate lies beyond its column's range. The estimate is a step function, so its linear continuation is the
+    /// value at the nearest point of the range.
     pub outside: Outside,
 }
 
@@ -116,7 +116,7 @@ impl Mass {
 struct Neighbourhood {
     /// The points nearer than the k-th neighbour.
     near: Mass,
-    /// Those at its very distance.
+    /// The points at exactly the same distance as the k-th neighbour.
     tied: Mass,
     /// That distance, in some monotone measure that is zero for zero.
     radius: f64,
@@ -156,7 +156,7 @@ struct Scores {
 }
 
 impl Scores {
-    /// A point of weight `w` and centred ordinate `y`, by the neighbourhoods of k and of k + w of it.
+    /// Adds a point of weight `w` and centred ordinate `y`, from its neighbourhoods of k and of k + w neighbours.
     fn add(&mut self, k: f64, w: f64, y: f64, with: Neighbourhood, without: Neighbourhood) {
         self.trace += if with.radius > 0.0 {
             w / k
@@ -177,7 +177,7 @@ enum Index {
 impl Index {
     fn search(&self, points: &Points, criterion: Criterion) -> Result<Search<usize>> {
         let heaviest = points.w.iter().copied().fold(0.0, f64::max);
-        // Without any one point there must be enough left.
+        // Enough weight must remain if any one point is left out.
         let possible = (points.total_weight() - heaviest) as usize;
         if possible < 1 {
             return Err(Error::too_short(
@@ -221,7 +221,7 @@ impl Index {
     }
 }
 
-/// About `count` integers from `low` to `high`, both included, evenly by their logarithms.
+/// About `count` integers from `low` to `high`, both included, with evenly spaced logarithms.
 fn between(low: usize, high: usize, count: usize) -> Vec<usize> {
     let ratio = high as f64 / low as f64;
     let at = |i: usize| (low as f64 * ratio.powf(i as f64 / (count - 1) as f64)).round() as usize;

@@ -16,8 +16,7 @@ const PIECE: usize = 256;
 pub(in crate::nonlinearity) struct Tree {
     /// The standard deviations of the columns (1 for a constant one).
     pub scales: Vec<f64>,
-    /// The coordinates, point after point. They are not scaled: differences of points on a grid stay exact, and so
-    /// do ties.
+    /// The coordinates, point after point. They are not scaled, so that differences of points on a grid, and ties, stay exact.
     x: Vec<f64>,
     /// The dimension along which the range with this middle is split.
     split: Vec<u8>,
@@ -67,8 +66,8 @@ impl Tree {
         &self.x[point * d..][..d]
     }
 
-    /// The nearest points of weight at least `need` together (no more than all), all that are tied with the
-    /// farthest of them included, nearest first.
+    /// The nearest points, nearest first, with a total weight of at least `need` (at most that of all points). All points tied with the
+    /// farthest of them are included.
     fn nearest(&self, q: &[f64], need: f64) -> Vec<Neighbour> {
         let mut search = Search {
             tree: self,
@@ -84,7 +83,7 @@ impl Tree {
         search.found
     }
 
-    /// The sums for k neighbours from a sorted list of enough of them.
+    /// The sums for k neighbours, from a sorted list that holds enough of them.
     fn neighbourhood(&self, found: &[Neighbour], k: f64) -> Neighbourhood {
         let mut sums = Neighbourhood::default();
         for group in found.chunk_by(|a, b| a.distance == b.distance) {
@@ -105,7 +104,7 @@ impl Tree {
         sums
     }
 
-    /// The coordinates of the point nearest to `q`; of several the first in order of their coordinates.
+    /// The coordinates of the point nearest to `q`. If several are nearest, the first in order of their coordinates.
     pub fn nearest_place(&self, q: &[f64]) -> &[f64] {
         let found = self.nearest(q, f64::MIN_POSITIVE);
         let tied = found.iter().take_while(|f| f.distance == found[0].distance);
@@ -115,9 +114,9 @@ impl Tree {
             .unwrap_or(&[])
     }
 
-    /// The mean of the ordinates at the places nearest to the place `q` of points of the weight `w` together.
+    /// The mean of the ordinates at the other places nearest to the place `q`. The points at `q` have the total weight `w`.
     pub fn mean_of_others(&self, q: &[f64], w: f64) -> f64 {
-        // More than there is at q.
+        // This is more weight than there is at q.
         let found = self.nearest(q, w * (1.0 + 1e-9));
         let mut groups = found.chunk_by(|a, b| a.distance == b.distance);
         let nearest = groups.find(|group| group[0].distance > 0.0).unwrap_or(&[]);
@@ -176,7 +175,7 @@ fn deviation(column: &[f64], w: &[f64]) -> f64 {
     if column.iter().all(|x| *x == column[0]) {
         return 1.0;
     }
-    // By size, so that columns of the same values have the same deviation to the last digit.
+    // The values are added in order of size, so that columns of the same values have the same deviation to the last digit.
     let order = order(&[column, w]);
     let sorted: Vec<(f64, f64)> = order.into_iter().map(|i| (column[i], w[i])).collect();
     let total: f64 = sorted.iter().map(|p| p.1).sum();
@@ -219,11 +218,11 @@ struct Search<'a> {
     tree: &'a Tree,
     q: &'a [f64],
     need: f64,
-    /// Candidates; after pruning sorted and without any that is too far.
+    /// Candidates. After pruning they are sorted, and none is too far.
     found: Vec<Neighbour>,
     /// Their weight.
     weight: f64,
-    /// Points farther than this are out; infinite until enough are found.
+    /// Points farther than this are left out. It is infinite until enough points are found.
     farthest: f64,
     /// The number of candidates from which on pruning pays.
     full: usize,
@@ -233,7 +232,7 @@ impl Search<'_> {
     /// Searches the range of points from `from` to `to`, whose box is at the squared distance `away`, with the
     /// distances along every dimension in `offsets`.
     fn visit(&mut self, from: usize, to: usize, away: f64, offsets: &mut Vec<f64>) {
-        // With a margin, as the distance to a box is rounded in another order than that to a point.
+        // There is a margin because the distance to a box is rounded in another order than the distance to a point.
         if away * (1.0 - 1e-12) > self.farthest {
             return;
         }
@@ -268,7 +267,7 @@ impl Search<'_> {
         self.weight += self.tree.points[point].0;
         if self.weight >= self.need && self.found.len() >= self.full {
             self.prune();
-            // Its cost is then shared by as many candidates.
+            // So the cost of pruning is shared by as many new candidates.
             self.full = 2 * self.found.len() + LEAF;
         }
     }

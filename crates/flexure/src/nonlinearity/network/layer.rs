@@ -62,8 +62,8 @@ impl Layer {
         gradient
     }
 
-    /// The derivatives of the values at a block of points by each parameter, in the first `parameters()` rows, and
-    /// the residuals u - value in the one after.
+    /// The derivatives of the values at a block of points by each parameter fill the first `parameters()` rows. The next row gets the
+    /// residuals u - value.
     pub fn linearise(self, theta: &[f64], z: &[Row], u: &Row, rows: &mut [Row]) {
         rows[0] = [1.0; BLOCK];
         let mut residual: Row = u.map(|u| u - theta[0]);

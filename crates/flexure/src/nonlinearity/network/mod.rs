@@ -4,9 +4,8 @@
 //! with z the columns of x, each centred at its median and divided by its quartiles' distance; y is centred at
 //! its mean and divided by its standard deviation. The parameters minimise
 //! $$ \sum_i w_i (Y_i - m(X_i))^2 + \lambda \sum_k (c_k^2 + d_k^2 + |v_k|^2) $$
-//! by the method of Levenberg and Marquardt, from several starts in the manner of Nguyen and Widrow (1990), of which
-//! the one with the lowest minimum goes on. The decay lambda is given, or that of largest evidence (MacKay 1992;
-//! with Levenberg-Marquardt: Foresee and Hagan 1997).
+//! by the method of Levenberg and Marquardt. There are several starts as in Nguyen and Widrow (1990); the one with the lowest minimum goes
+//! on. The decay lambda is given, or it is the one of largest evidence (MacKay 1992; with Levenberg-Marquardt: Foresee and Hagan 1997).
 //!
 //! There is no guarantee that a minimum is the lowest one. The same data and the same seed give the same network.
 
@@ -34,7 +33,7 @@ const TRIED: [usize; 9] = [1, 2, 3, 4, 5, 6, 8, 11, 16];
 /// How strongly large parameters are penalised.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Decay {
-    /// As strongly as the evidence for it is largest, between 1e-8 and 1e8.
+    /// The lambda of largest evidence, between 1e-8 and 1e8.
     #[default]
     Evidence,
     /// This lambda, with y in units of its standard deviation and x in units of its quartiles.
@@ -51,12 +50,12 @@ pub enum Decay {
 /// | `seed` | of the starts | any | 1 |
 /// | `outside` | the estimate where a coordinate lies beyond its column's range | | NaN |
 ///
-/// The scores of a number of units are those of the network linearised at its optimum, with the decay held: its
-/// leverages are w j'(J'WJ + lambda D)^-1 j, with j the derivatives of m by the parameters (Seber and Wild
-/// 1989, ch. 5; the network's own refits would cost n trainings).
+/// The scores of a number of units are those of the network linearised at its optimum, with the decay held fixed. Its leverages are w
+/// j'(J'WJ + lambda D)^-1 j, where j are the derivatives of m by the parameters (Seber and Wild 1989, ch. 5). Refits of the network itself
+/// would cost n trainings.
 ///
-/// A step of the training costs O(n P^2), P = 1 + K (d + 2); the starts compete on at most 2000 points, evenly by
-/// rank, and beyond 100,000 points the number of steps is limited.
+/// A step of the training costs O(n P^2), P = 1 + K (d + 2). The starts compete on at most 2000 points, evenly by rank. Beyond 100,000
+/// points the number of steps is limited.
 ///
 /// ```
 /// use flexure::nonlinearity::{Estimator, NetworkRegression, Regression};
@@ -76,8 +75,8 @@ pub struct NetworkRegression {
     pub starts: usize,
     /// Seed of the starts.
     pub seed: u64,
-    /// The estimate where a coordinate lies beyond its column's range; the linear one continues it from the
-    /// nearest point of the ranges with the gradient there.
+    /// The estimate where a coordinate lies beyond its column's range. The linear choice continues it from the nearest point of the ranges
+    /// with the gradient there.
     pub outside: Outside,
 }
 
@@ -188,7 +187,7 @@ impl NetworkFit {
         self.layer.units
     }
 
-    /// The decay lambda, given or by the evidence.
+    /// The decay lambda, given or of largest evidence.
     pub fn decay(&self) -> f64 {
         self.decay
     }

@@ -7,7 +7,7 @@ use crate::interrupt::{self, Interrupt};
 use crate::sort::order;
 use std::ops::Range;
 
-/// A scale is at least this share of the range, so that no standardised coordinate is farther out than its inverse.
+/// A scale is at least this share of the range, so that no standardised coordinate exceeds the inverse of the share.
 const NARROWEST: f64 = 1e-9;
 
 /// (value - centre)/scale
@@ -29,7 +29,7 @@ impl Scaling {
         }
     }
 
-    /// By the mean and the standard deviation; 1 where that is zero.
+    /// From the mean and the standard deviation. If the deviation is zero, the scale is 1.
     fn moments(points: &Points) -> Scaling {
         let centre = points.mean();
         let square: f64 = points
@@ -78,7 +78,7 @@ pub(super) struct SampleBlock {
 }
 
 impl Sample {
-    /// The coordinates by their medians and quartiles, the ordinates by their mean and standard deviation.
+    /// Standardises the coordinates by their medians and quartiles, and the ordinates by their mean and standard deviation.
     pub fn standardised(points: &Points) -> Standardised {
         let inputs: Vec<Scaling> = points.x.iter().map(|x| Scaling::robust(x, &points.w)).collect();
         let output = Scaling::moments(points);

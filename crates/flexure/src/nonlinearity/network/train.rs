@@ -12,22 +12,22 @@ use crate::linalg;
 use crate::linear::levenberg_marquardt::{Minimum, NormalEquations, minimise_squares};
 use crate::selection::{ScoredParameter, UNDETERMINED};
 
-/// The starts compete on at most so many points.
+/// The starts compete on at most this many points.
 const START_POINTS: usize = 2000;
 /// Steps of the competition.
 const START_STEPS: usize = 40;
 /// Steps between two estimates of the decay.
 const EPOCH: usize = 10;
-/// Steps on all points, at the least and at the most: no more than pass a million points altogether, if possible.
+/// The least and the most steps on all points. If possible, all steps together use at most a million points.
 const STEPS: (usize, usize) = (20, 400);
 const PASSED: usize = 1_000_000;
-/// The decay before the evidence speaks.
+/// The decay before it is estimated by the evidence.
 const FIRST_DECAY: f64 = 0.01;
 /// The range of the decay by the evidence.
 const DECAYS: (f64, f64) = (1e-8, 1e8);
 /// A relative change of the decay that ends its estimation.
 const SETTLED: f64 = 1e-3;
-/// The evidence counts at least this share of the points as free of the parameters.
+/// The evidence takes at least this share of the points as degrees of freedom of the residuals.
 const FREE: f64 = 1e-3;
 
 /// A trained network.
@@ -87,7 +87,7 @@ pub(super) fn equations(sample: &Sample, layer: Layer, theta: &[f64], decay: f64
     NormalEquations { cost, descent, normal }
 }
 
-/// The minimum that the method reaches from `theta`; `None` if its sum of squares is not finite, and where the work is asked to stop.
+/// The minimum that the method reaches from `theta`. `None` if its sum of squares is not finite, or if the work is asked to stop.
 pub(super) fn descend(sample: &Sample, layer: Layer, theta: Vec<f64>, decay: f64, steps: usize) -> Option<Minimum> {
     minimise_squares(theta, steps, |theta| {
         if sample.interrupt.is_requested() {
@@ -98,13 +98,12 @@ pub(super) fn descend(sample: &Sample, layer: Layer, theta: Vec<f64>, decay: f64
     })
 }
 
-/// Units with slopes like Nguyen and Widrow's, each with its middle at a point of the sample, and the output layer
-/// that is best for them.
+/// Units with slopes as in Nguyen and Widrow, each with its middle at a point of the sample, and the best output layer for them.
 pub(super) fn start(sample: &Sample, layer: Layer, decay: f64, mut rng: Pcg64) -> Vec<f64> {
     let mut theta = vec![0.0; layer.parameters()];
     let slope = 0.7 * (layer.units as f64).powf(1.0 / layer.inputs as f64);
     for (k, unit) in theta[1..].chunks_exact_mut(layer.inputs + 2).enumerate() {
-        // One point from each of as many parts of equal weight as there are units.
+        // One point from each part: there is one part for each unit, all of equal weight.
         let share = (k as f64 + rng.random_range(0.0..1.0)) / layer.units as f64;
         let z = sample.point(at_share(sample, share));
         let direction: Vec<f64> = if layer.inputs == 1 {
@@ -119,7 +118,7 @@ pub(super) fn start(sample: &Sample, layer: Layer, decay: f64, mut rng: Pcg64) -
             unit[1] -= unit[2 + j] * z[j];
         }
     }
-    // The output layer is linear: with c = 0 so far, one undamped step of its own finds it.
+    // The output layer is linear. With c = 0 so far, one undamped step of this layer finds the optimum.
     let mut e = equations(sample, layer, &theta, decay);
     for p in (0..theta.len()).filter(|&p| !layer.is_output(p)) {
         e.descent[p] = 0.0;
@@ -142,7 +141,7 @@ fn at_share(sample: &Sample, share: f64) -> usize {
     reached.unwrap_or(sample.len() - 1)
 }
 
-/// Trains from `starts` starts; `None` if not even the first one's sum of squares is finite.
+/// Trains from `starts` starts. `None` if the sum of squares is finite for no start.
 pub(super) fn train(sample: &Sample, layer: Layer, decay: Decay, starts: usize, seed: u64) -> Option<Trained> {
     let few = sample.thinned(START_POINTS);
     // The same share of the sum of squares.
@@ -179,7 +178,7 @@ pub(super) fn train(sample: &Sample, layer: Layer, decay: Decay, starts: usize, 
     })
 }
 
-/// The steps that the size of the sample allows: half of them for the decay, half for the last descent.
+/// The number of steps that the size of the sample allows. Half are for the decay, half for the last descent.
 fn steps(sample: &Sample) -> usize {
     (PASSED / sample.len()).clamp(STEPS.0, STEPS.1)
 }
@@ -190,10 +189,10 @@ struct Decayed {
     decay: f64,
 }
 
-/// The parameters and the decay at which MacKay's (1992) re-estimation settles.
+/// The parameters and the decay to which MacKay's (1992) re-estimation converges.
 ///
-/// With the residual sum of squares S, that of the decayed parameters W, and their effective number gamma, the
-/// decay is (gamma / W) / ((n - gamma - 1) / S).
+/// The decay is (gamma / W) / ((n - gamma - 1) / S). S is the residual sum of squares, W the sum of squares of the decayed parameters, and
+/// gamma their effective number.
 fn by_evidence(sample: &Sample, layer: Layer, start: Decayed) -> Option<Decayed> {
     let Decayed { mut theta, mut decay } = start;
     let p = layer.parameters();
@@ -230,7 +229,7 @@ impl Trained {
         }
     }
 
-    /// Both scores, exact for the network linearised at the optimum, in the squared unit of y of scale `unit`.
+    /// Both scores, exact for the network linearised at the optimum. They are in the squared unit of y, whose scale is `unit`.
     pub fn score(&self, sample: &Sample, unit: f64) -> ScoredParameter<usize> {
         let (layer, p) = (self.layer, self.layer.parameters());
         let Some(inverse) = &self.inverse else {

@@ -52,7 +52,7 @@ impl Banded {
                         rows[i + k][j - k] -= share * row[j];
                     }
                 }
-                // What is left of a diagonal entry must exceed its rounding.
+                // The rest of a diagonal entry must exceed its rounding.
                 if !(rows[i + k][0] > SINGULAR * diagonal) {
                     return None;
                 }
@@ -63,7 +63,7 @@ impl Banded {
     }
 }
 
-/// A share of a diagonal entry that is left over by elimination and counts as zero.
+/// If elimination leaves at most this share of a diagonal entry, the rest counts as zero.
 const SINGULAR: f64 = 1e-14;
 
 /// `rows[i]` holds D's entry, then the three of U to the right of the diagonal.

@@ -2,7 +2,7 @@
 
 use super::banded::Banded;
 
-/// Those of a basis' functions that do not vanish at a point, which follow one another.
+/// The values of the basis functions that do not vanish at a point. Their indices are consecutive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LocalValues<const N: usize> {
     /// The index of the first.
@@ -25,7 +25,7 @@ pub(crate) struct LocalCubics {
 }
 
 impl LocalCubics {
-    /// At `x` between the ends of the knots, of which the first and the last stand four times (de Boor 2001, chapter 10).
+    /// At `x` between the ends of the knots. The first and the last knot are each repeated four times (de Boor 2001, chapter 10).
     #[inline]
     pub fn new(knots: &[f64], x: f64) -> LocalCubics {
         let t = knots;
@@ -57,7 +57,7 @@ impl LocalCubics {
 /// The cubic splines with these breakpoints, increasing, at least two.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct CubicSplines {
-    /// The breakpoints with the ends four times.
+    /// The breakpoints, with each end repeated four times.
     pub knots: Vec<f64>,
 }
 
@@ -92,7 +92,7 @@ impl CubicSplines {
         ]
     }
 
-    /// The matrix P with c'P c the integral of the squared second derivative.
+    /// The matrix P for which c'P c is the integral of the squared second derivative.
     pub fn roughness(&self) -> Banded {
         let t = &self.knots;
         // Second derivatives are linear between breakpoints: the i-th breakpoint's is d[i] . c[i..i + 3].

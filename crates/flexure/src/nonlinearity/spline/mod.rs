@@ -1,10 +1,9 @@
 //! Cubic regression splines with the penalty of the smoothing spline.
 //!
-//! m minimises $\sum_i w_i (Y_i - m(X_i))^2 + \lambda \int m''(x)^2 dx$ over the cubic splines with given knots:
-//! with a knot at every distinct x this is the smoothing spline itself (Reinsch 1967), with fewer the penalised
-//! B-spline of O'Sullivan (1986; Wand and Ormerod 2008). The normal equations are banded, and so is what the
-//! leverages need of their inverse (Hutchinson and de Hoog 1985): a fit with its exact leave-one-out score takes
-//! O(n).
+//! m minimises $\sum_i w_i (Y_i - m(X_i))^2 + \lambda \int m''(x)^2 dx$ over the cubic splines with given knots. With a knot at every
+//! distinct x this is the smoothing spline itself (Reinsch 1967). With fewer knots it is the penalised B-spline of O'Sullivan (1986; Wand
+//! and Ormerod 2008). The normal equations are banded. The leverages need only the same band of their inverse (Hutchinson and de Hoog
+//! 1985). So a fit with its exact leave-one-out score takes O(n).
 
 pub(crate) mod banded;
 pub(crate) mod basis;
@@ -23,13 +22,13 @@ use basis::{CubicSplines, LocalValues};
 const GRID: usize = 40;
 /// Further penalties on either side of the best, in each of two refinements.
 const FINER: usize = 4;
-/// The largest penalty tried, in the weight of all points, on [0, 1]: a straight line in all but name.
+/// The largest penalty tried, in units of the weight of all points, on [0, 1]. The fit is then practically a straight line.
 const LARGEST: f64 = 1.0;
-/// The share that the smallest penalty tried takes off a wave as short as the knots can follow.
+/// The smallest penalty tried reduces the shortest wave that the knots can follow by this share.
 const SMALLEST: f64 = 0.03;
-/// Degrees of freedom farther than this outside their range: the leverages have lost their digits.
+/// If the degrees of freedom lie farther than this outside their range, the leverages have lost their digits.
 const ROUNDING: f64 = 1e-3;
-/// Knots closer than this share of the quartiles' distance are one: roughness grows with the cube of the inverse.
+/// Knots closer than this share of the quartiles' distance are taken as one, as the roughness grows with the inverse cube of the distance.
 const CLOSEST: f64 = 1e-6;
 
 /// A penalised cubic spline in one variable.
@@ -141,7 +140,7 @@ fn thinned(u: &[f64], most: usize, closest: f64) -> Vec<f64> {
 
 /// The banded normal equations of the residuals from a straight line.
 ///
-/// The line is taken off first, as the penalty leaves it alone: a heavy penalty then cannot drown it.
+/// The line is subtracted first. The penalty does not affect a line, so a heavy penalty then cannot drown it in rounding.
 struct Problem<'a> {
     points: &'a Points,
     low: f64,
@@ -149,7 +148,7 @@ struct Problem<'a> {
     /// The distance of the quartiles of the distinct abscissas, on [0, 1].
     bulk: f64,
     splines: CubicSplines,
-    /// For every point its four B-splines.
+    /// The four B-splines of every point.
     rows: Vec<LocalValues<4>>,
     gram: Banded,
     roughness: Banded,
@@ -211,8 +210,7 @@ impl<'a> Problem<'a> {
             .then_some(SplineSolution { factor, coefficients })
     }
 
-    /// Both scores and the degrees of freedom for one penalty; `None` where the normal equations are singular to
-    /// working precision.
+    /// Both scores and the degrees of freedom for one penalty. `None` if the normal equations are singular to working precision.
     fn candidate(&self, penalty: f64) -> Option<ScoredParameter<f64>> {
         let (n, weight) = (self.points.len(), self.points.total_weight());
         let SplineSolution {
@@ -239,7 +237,7 @@ impl<'a> Problem<'a> {
                 f64::INFINITY
             };
         }
-        // A straight line has two.
+        // A straight line has two degrees of freedom.
         let sound = trace > 2.0 - ROUNDING && trace < n as f64 + ROUNDING;
         sound.then(|| ScoredParameter::new(penalty, trace, left_out, residual, weight, n))
     }

@@ -8,7 +8,7 @@
 //!  +--+--+--+--+--+
 //! ```
 //!
-//! If there are few cells a point, every cell has a number ([`grid`]). Otherwise only the cells that hold points are kept
+//! If there are few cells per point, every cell has a number ([`grid`]). Otherwise only the cells that hold points are kept
 //! ([`tree`]), so that far outliers, clusters and many dimensions cost neither memory nor time for empty cells.
 
 mod grid;
@@ -19,18 +19,19 @@ use std::ops::Range;
 use grid::Grid;
 use tree::Tree;
 
-/// A grid is taken with up to this many cells a point.
+/// A grid is used if there are at most this many cells per point.
 const DENSE: f64 = 2.0;
-/// Cells are half as wide as a window's half width if they then hold this many points on average, otherwise as wide.
+/// Cells are half as wide as a window's half width if they then hold this many points on average. Otherwise they are as wide as the half
+/// width.
 const OCCUPANCY: f64 = 2.0;
-/// The most dimensions in which such small cells save time.
+/// The largest number of dimensions in which such small cells save time.
 const FINE_DIMENSIONS: usize = 3;
-/// Cells are narrower by this factor along the last dimension, where that makes no further runs.
+/// Cells are narrower by this factor along the last dimension, as that makes no further runs.
 const SLICES: usize = 4;
 /// The most dimensions.
 const MOST: usize = 6;
 
-/// A box of cells: their coordinates' first and last along every dimension.
+/// A box of cells: the first and the last coordinate along every dimension.
 type Ends = [(i64, i64); MOST];
 
 /// The cells, and which points each holds.
@@ -57,7 +58,7 @@ struct Rule {
 }
 
 impl Rule {
-    /// The coordinate of `x` along dimension `j`: never less for a greater x.
+    /// The coordinate of `x` along dimension `j`. It does not decrease when x increases.
     #[inline(always)]
     fn coordinate(&self, j: usize, x: f64) -> i64 {
         let cells = (x - self.origin[j]) * self.rate[j];
@@ -92,7 +93,7 @@ impl Celled {
         let n = x[0].len();
         let ends: Vec<(f64, f64)> = x.iter().map(|column| extent(column)).collect();
         let last = x.len() - 1;
-        // Half by half, as the range itself need not be finite.
+        // The ends are halved first, as their difference may overflow.
         let cells_along = |j: usize, width: f64| ((0.5 * ends[j].1 - 0.5 * ends[j].0) / (0.5 * width)).floor() + 1.0;
         let cells = |widths: &[f64]| -> f64 { (0..=last).map(|j| cells_along(j, widths[j])).product() };
         let widths = |share: f64| -> Vec<f64> { reach.iter().map(|r| share * r).collect() };
@@ -137,12 +138,12 @@ impl Cells {
         }
     }
 
-    /// The runs of points that hold the whole box from `low` to `high`, widened by `share` of a window's half width on every
+    /// The runs of points that hold the whole box from `low` to `high`. The box is widened by `share` of a window's half width on every
     /// side.
     pub fn runs(&self, low: &[f64], high: &[f64], share: f64, runs: &mut Vec<Range<usize>>) {
         let mut ends: Ends = [(0, 0); MOST];
         for (j, ends) in ends.iter_mut().enumerate().take(self.reach.len()) {
-            // A little wider, as the caller's comparisons are rounded in another order.
+            // The box is a little wider than that, because the caller's comparisons round in another order.
             let margin = share * self.reach[j] * (1.0 + 1e-12) + 1e-15 * low[j].abs().max(high[j].abs());
             let coordinate = |x: f64| self.rule.coordinate(j, x);
             *ends = (coordinate(low[j] - margin), coordinate(high[j] + margin));
@@ -161,7 +162,7 @@ fn extent(values: &[f64]) -> (f64, f64) {
     values.iter().fold(ends, |(low, high), v| (low.min(*v), high.max(*v)))
 }
 
-/// Adds a run, to the one before where it continues that.
+/// Adds a run. If it continues the last one, the two are joined.
 #[inline(always)]
 fn push(run: Range<usize>, runs: &mut Vec<Range<usize>>) {
     match runs.last_mut() {

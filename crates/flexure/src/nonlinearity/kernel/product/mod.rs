@@ -6,8 +6,8 @@
 //! are taken directly ([`sums`]), several points at a time. Where the normal equations of the local plane would lose too
 //! many digits, the plane is found by orthogonalisation of the points ([`orthogonal`]).
 //!
-//! The Gaussian is cut where everything beyond counts less than 1e-13 of what is inside. The cut is wider where the points
-//! inside count little.
+//! The Gaussian is cut where everything beyond the cut contributes less than 1e-13 of the part inside. The cut is wider where the points
+//! inside have little weight.
 
 mod cells;
 mod orthogonal;
@@ -24,12 +24,12 @@ use crate::nonlinearity::estimator::Checked;
 use cells::{Celled, Cells};
 use sums::{Columns, Local, Outcome, Sums, SumsOver, Window};
 
-/// Exponent of the Gaussian beyond which a point does not count beside one at the centre.
+/// Exponent of the Gaussian beyond which a point is negligible in comparison with one at the centre.
 const NEGLIGIBLE: f64 = 40.0;
-/// Mean squares of the differences, in bandwidths, to which what lies beyond the Gaussian's cut adds nothing.
+/// If the mean square of the differences, in bandwidths, is at least this, points beyond the Gaussian's cut do not change it.
 const BEYOND_CUT: f64 = 1e-3;
 
-/// Points, and the windows to look at them through.
+/// Points, and the windows through which they are seen.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Product {
     kernel: Kernel,
@@ -93,7 +93,7 @@ impl Product {
         let widths: Vec<f64> = h.iter().map(|h| (h * reach).min(f64::MAX)).collect();
         let Celled { cells, ranges, order } = Celled::new(data.x, &widths);
         let total = data.w.map_or(n as f64, |w| w.iter().sum());
-        // The second pass removes the rounding of the first where the offset is large.
+        // The second pass removes the rounding error of the first, which matters if the offset is large.
         let about = |c: f64| match data.w {
             None => sum(data.y, |_, y| y - c) / total,
             Some(w) => sum(data.y, |i, y| w[i] * (y - c)) / total,
@@ -131,7 +131,7 @@ impl Product {
         }
     }
 
-    /// The fit at one point; nothing without data in reach.
+    /// The fit at one point; `None` without data in reach.
     fn fit_at<const D: usize>(
         &self,
         degree: Degree,
@@ -167,7 +167,7 @@ impl Product {
     /// The fit that follows from the sums within the cut.
     #[inline(always)]
     fn outcome<const D: usize>(&self, degree: Degree, sums: &Sums<D, 1>) -> Outcome<D> {
-        // Where nearly all weight is at one place, the smallest weights may determine the plane.
+        // If nearly all weight is at one place, the points with the smallest weights may determine the plane.
         let narrow = |j: usize| sums.s2[j][j][0] < BEYOND_CUT * sums.s0[0];
         if self.kernel == Kernel::Gaussian && degree == Degree::Linear && (0..D).any(narrow) {
             return Outcome::Unreliable;
@@ -175,12 +175,12 @@ impl Product {
         sums.fit(degree)
     }
 
-    /// The width of a window that leaves nothing out, in windows.
+    /// The width of a window that leaves no point out, in windows.
     fn widest(&self) -> f64 {
         self.kernel.reach() / self.reach
     }
 
-    /// The width that a window needs, in windows, if the points outside it count beside these.
+    /// The width that a window needs, in windows, if the points outside it are not negligible in comparison with those inside.
     fn wider<const D: usize>(&self, sums: &Sums<D, 1>) -> Option<f64> {
         if self.kernel != Kernel::Gaussian {
             return None;

@@ -20,7 +20,7 @@ struct Near<const D: usize> {
 }
 
 impl<const D: usize> Near<D> {
-    /// The points of the runs in reach of `at`, without the point `skip`; nothing if there is none.
+    /// The points of the runs in reach of `at`, without the point `skip`; `None` if there are none.
     fn new(product: &Product, at: &[f64; D], runs: &[Range<usize>], skip: Option<usize>) -> Option<Self> {
         let points = &product.points;
         let mut near = Near {
@@ -33,7 +33,7 @@ impl<const D: usize> Near<D> {
             let x: [f64; D] = std::array::from_fn(|j| points.x[j][i]);
             let delta: [f64; D] = std::array::from_fn(|j| x[j] - at[j]);
             let k = super::profile::weight(product.kernel, &delta, &product.h);
-            // The weight comes first, as it may be subnormal.
+            // The weight is included before the comparison, as the product may underflow.
             let k = points.weight(i) * k;
             if k > 0.0 {
                 near.x.push(x);
@@ -54,7 +54,7 @@ impl<const D: usize> Near<D> {
     }
 }
 
-/// The fit at `at` over the runs of points, without the point `skip`; nothing if no point is in reach.
+/// The fit at `at` over the runs of points, without the point `skip`; `None` if no point is in reach.
 #[cold]
 #[inline(never)]
 pub fn fit<const D: usize>(
@@ -84,13 +84,13 @@ struct Column {
     unit: Vec<f64>,
     /// The shares of the columns before it in the coordinate.
     share: Vec<f64>,
-    /// The length of the rest.
+    /// The length of the rest of the column.
     size: f64,
     /// The same combination of the query's coordinates.
     query: f64,
 }
 
-/// The local plane; nothing where the points do not determine it.
+/// The local plane; `None` where the points do not determine it.
 fn plane<const D: usize>(product: &Product, near: &Near<D>, at: &[f64; D], mean: Local<D>) -> Option<Local<D>> {
     let root: Vec<f64> = near.k.iter().map(|k| k.sqrt()).collect();
     let columns = orthonormal(product, near, at, &root)?;
@@ -114,13 +114,13 @@ fn plane<const D: usize>(product: &Product, near: &Near<D>, at: &[f64; D], mean:
     })
 }
 
-/// The columns by the method of Gram and Schmidt, without those of no extent; nothing where a column depends linearly on
-/// those before it. `root` holds the square roots of the weights.
+/// The columns by the method of Gram and Schmidt, without columns of no extent. `None` if a column depends linearly on those before it.
+/// `root` holds the square roots of the weights.
 fn orthonormal<const D: usize>(product: &Product, near: &Near<D>, at: &[f64; D], root: &[f64]) -> Option<Vec<Column>> {
     let total: f64 = near.k.iter().sum();
     let narrow = |square: f64| !(square > NO_EXTENT * NO_EXTENT * total);
     let heaviest = (0..near.k.len()).max_by(|&i, &j| near.k[i].total_cmp(&near.k[j]))?;
-    // Coordinates count from a point of the data, so that the extent of a far and narrow group loses no digits.
+    // Coordinates are relative to a point of the data, so that the extent of a far and narrow group loses no digits.
     let anchor = near.x[heaviest];
     let mut columns: Vec<Column> = Vec::with_capacity(D);
     for j in 0..D {
@@ -151,10 +151,10 @@ fn orthonormal<const D: usize>(product: &Product, near: &Near<D>, at: &[f64; D],
     Some(columns)
 }
 
-/// Takes the parts along the columns off a vector. Returns these parts.
+/// Subtracts the parts along the columns from a vector. Returns these parts.
 fn orthogonalise(vector: &mut [f64], columns: &[Column]) -> Vec<f64> {
     let mut share = vec![0.0; columns.len()];
-    // The second round removes the rounding of the first, which matters if little remains of the vector.
+    // The second round removes the rounding error of the first. It matters if little remains of the vector.
     for _ in 0..2 {
         for (column, total) in columns.iter().zip(&mut share) {
             let share = dot(&column.unit, vector);

@@ -1,4 +1,4 @@
-//! Estimates at any points: beyond the data and in empty windows, too.
+//! Estimates at any points, also beyond the data and in empty windows.
 
 use std::ops::Range;
 
@@ -8,7 +8,7 @@ use crate::nonlinearity::estimator::Points;
 use crate::nonlinearity::neighbours::Tree;
 use crate::parallel;
 
-/// Queries of one piece. Fewer are not worth another thread.
+/// Queries of one piece. For fewer, another thread does not pay.
 const PIECE: usize = 32;
 
 /// `estimate` at 0, 1, ..., `count` - 1, NaN where there is none. The queries of a piece share the memory for their runs.
@@ -30,8 +30,8 @@ struct Fits<'a, const D: usize> {
 }
 
 impl<const D: usize> Fits<'_, D> {
-    /// The estimate at `to`, continued from `from` by the plane there if that is asked for; nothing if there is no estimate
-    /// at `from`.
+    /// The estimate at `to`. If `outside` asks for it, the plane at `from` continues the estimate. `None` if there is no estimate at
+    /// `from`.
     fn carried(&self, from: [f64; D], to: &[f64; D], outside: Outside, runs: &mut Vec<Range<usize>>) -> Option<f64> {
         let here = self.product.fit_at(self.degree, self.sums, from, runs)?;
         let value = self.product.mean + here.value;

@@ -2,7 +2,7 @@
 
 use super::super::Kernel;
 
-/// Sets the weights to what they are before the first factor.
+/// Sets the weights to their values before the first factor.
 #[inline(always)]
 pub fn start(kernel: Kernel, weights: &mut [f64]) {
     // The Gaussian's factors add up the squares.
@@ -46,13 +46,13 @@ pub fn finish(kernel: Kernel, weights: &mut [f64]) {
     }
 }
 
-/// The part of `k` within the support.
+/// `k` within the support, zero outside it.
 #[inline(always)]
 pub fn positive(k: f64) -> f64 {
     if k > 0.0 { k } else { 0.0 }
 }
 
-/// The weight of one point by any of the kernels, for its differences from the centre.
+/// The weight of one point for any kernel, from its differences from the centre.
 pub fn weight(kernel: Kernel, delta: &[f64], h: &[f64]) -> f64 {
     let mut weight = [0.0];
     start(kernel, &mut weight);

@@ -9,11 +9,11 @@ use crate::parallel;
 
 /// Fewest points of one piece. Pieces do not depend on the number of threads, so that the sums do not either.
 const PIECE: usize = 256;
-/// If a cell has at least so many points, the points around it are copied to one place first.
+/// If a cell has at least this many points, the points around it are copied to one place first.
 const GATHERED_FROM: usize = 3;
-/// Number of windows by which the mean number of points in a window is estimated.
+/// Number of windows from which the mean number of points in a window is estimated.
 const SAMPLES: usize = 200;
-/// If the others' share in a fit is below this, the fit without the point is found from the points one by one.
+/// If the other points' share in a fit is below this, the fit without the point is found from the points one by one.
 const SHARE: f64 = 1e-3;
 
 impl Product {
@@ -74,7 +74,7 @@ impl Product {
             let q: [f64; D] = std::array::from_fn(|j| self.points.x[j][i]);
             let outcome = if gathered {
                 let all = sums.over(near, whole, &self.window(q));
-                // The point itself is in the window, so that the Gaussian's need not be wider.
+                // The point itself is in the window, so the Gaussian's window need not be wider.
                 self.outcome(degree, &all)
             } else {
                 self.cells.runs(&q, &q, 1.0, runs);
@@ -139,7 +139,7 @@ impl Product {
         scratch.whole = 0..scratch.near.y.len();
     }
 
-    /// About the mean number of points in the windows about points of the data.
+    /// The approximate mean number of points in a window around a point of the data.
     pub fn pairs(&self) -> f64 {
         let (n, mut runs) = (self.points.y.len(), Vec::new());
         let step = n.div_ceil(SAMPLES);

@@ -9,8 +9,8 @@ use super::super::{Degree, Kernel};
 use super::profile;
 use crate::wide::widest;
 
-/// A coordinate's sum of squares about the mean, less its part along the coordinates before, has lost too many digits if it is below
-/// this share of the sum about the window's centre.
+/// The sum of squares of a coordinate about its mean, without the part along the coordinates before it, has lost too many digits if it is
+/// below this share of the sum about the window's centre.
 const RELIABLE: f64 = 1e-3;
 
 /// Points column by column.
@@ -38,9 +38,8 @@ pub struct Window<const D: usize> {
     pub per_h: [f64; D],
 }
 
-/// sum w K, sum w K u_j, sum w K u_j u_k (`s2[j][k]`, j <= k), and the first two times the centred ordinates, with
-/// u = (X - at)/h of the [`Window`]. Each is in L partial sums, of every L-th point. For the local constant fit the sums with u are
-/// zero.
+/// sum w K, sum w K u_j, sum w K u_j u_k (`s2[j][k]`, j <= k), and the first two multiplied by the centred ordinates, with u = (X - at)/h
+/// of the [`Window`]. Each is kept as L partial sums over every L-th point. For the local constant fit the sums with u are zero.
 #[derive(Clone, Copy)]
 pub struct Sums<const D: usize, const L: usize> {
     pub s0: [f64; L],
@@ -59,7 +58,7 @@ impl<const D: usize, const L: usize> Sums<D, L> {
         t1: [[0.0; L]; D],
     };
 
-    /// Adds as many points as there are lanes, with the weights `k`.
+    /// Adds one point for each lane, with the weights `k`.
     #[inline(always)]
     fn add<const LINEAR: bool>(&mut self, k: &[f64; L], u: [&[f64; L]; D], y: &[f64; L]) {
         for l in 0..L {
@@ -98,7 +97,7 @@ impl<const D: usize, const L: usize> Sums<D, L> {
 
 /// Points whose weights are found together.
 const BLOCK: usize = 64;
-/// What a block holds: a part is filled in whole registers and may end that much behind the block.
+/// The room of a block. A part is filled in whole registers and may end up to one register behind the block.
 const CAPACITY: usize = BLOCK + REGISTER;
 /// Points that the local constant adds at a time.
 const REGISTER: usize = 8;
@@ -286,7 +285,7 @@ fn scaled(u: &mut [f64], x: &[f64], at: f64, per_h: f64) {
 pub struct Local<const D: usize> {
     /// The estimate less the ordinates' mean.
     pub value: f64,
-    /// The share of an observation of weight 1 at this very point in the estimate.
+    /// The share that an observation of weight 1 at this point would have in the estimate.
     pub leverage: f64,
     /// The slopes per bandwidth; zeros of a local constant.
     pub slope: [f64; D],
@@ -294,7 +293,7 @@ pub struct Local<const D: usize> {
 
 /// The fit that follows from the sums.
 pub enum Outcome<const D: usize> {
-    /// There are no points in reach.
+    /// No points are in reach.
     NoData,
     Fit(Local<D>),
     /// The sums have lost too many digits. The fit has to be found from the points one by one.
@@ -326,7 +325,7 @@ impl<const D: usize> Sums<D, 1> {
         let per_s0 = mean.leverage;
         let centre: [f64; D] = std::array::from_fn(|j| self.s1[j][0] * per_s0);
         // With the Cholesky factor, lower a = -centre, the way from the points' mean to the window's centre, and
-        // lower b = t1 - t0 centre. Then a'b is the plane's rise along that way, and a'a what it adds to the leverage.
+        // lower b = t1 - t0 centre. Then a'b is the plane's rise along that way, and a'a is the amount that the plane adds to the leverage.
         let mut lower = [[0.0; D]; D];
         let (mut a, mut b) = ([0.0; D], [0.0; D]);
         for j in 0..D {
@@ -403,7 +402,7 @@ impl<const D: usize> SumsOver<D> {
 mod tests {
     use super::*;
 
-    /// Beside the way of all kernels, on runs of any length up to the data's end, whatever registers there are.
+    /// Compared with the general way for all kernels, on runs of any length up to the data's end, for every width of registers.
     #[test]
     fn parabolas_without_a_block_are_those_with_one() {
         let n = 61;

@@ -1,4 +1,4 @@
-//! The observations of a record in levels of one bandwidth each. Those of one level make an ordinary kernel sum.
+//! The observations of a record in levels. The observations of one level have one bandwidth and make an ordinary kernel sum.
 
 use super::super::sorted::Increasing;
 use super::super::sums::ONE_ABSCISSA;
@@ -24,7 +24,7 @@ struct Level {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Levels {
     levels: Vec<Level>,
-    /// All of them. Sums over the levels take the ordinates about the mean of these.
+    /// All of them. Sums over the levels take the ordinates relative to the mean of all.
     pub all: Sorted,
 }
 
@@ -46,13 +46,13 @@ impl Pair {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Own {
     x: f64,
-    /// The ordinate as it was given.
+    /// The ordinate as given.
     y: f64,
     weight: f64,
     parts: Vec<LevelWeight>,
 }
 
-/// What belongs to one level.
+/// The part of a weight that belongs to one level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct LevelWeight {
     /// The level's place in the list.
@@ -60,7 +60,7 @@ struct LevelWeight {
     weight: f64,
 }
 
-/// The weight that an observation has while the stream has doubled so often.
+/// The weight of an observation at one number of doublings of the stream.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct DoublingWeight {
     doublings: u32,
@@ -76,8 +76,8 @@ struct Smoothed<'a> {
 }
 
 impl Levels {
-    /// Splits the observations, in the order given. An observation of weight w counts as w observations, also for the
-    /// doublings of the stream: if the stream doubles within it, its weight belongs to several levels.
+    /// Splits the observations, in the order given. An observation of weight w counts as w observations, also in the doublings of the
+    /// stream. If the stream doubles within it, its weight belongs to several levels.
     pub fn new(data: &Checked<'_>) -> Levels {
         let (x, y) = (data.x[0], data.y);
         let mut columns: Vec<(u32, [Vec<f64>; 3])> = Vec::new();
@@ -105,7 +105,7 @@ impl Levels {
         }
     }
 
-    /// The root mean square of h_i / c over the observations, which the bias is proportional to.
+    /// The root mean square of h_i / c over the observations. The bias is proportional to it.
     pub fn typical(&self, method: &RecursiveKernel) -> f64 {
         let weight = |data: &Sorted| -> f64 { (0..data.len()).map(|i| data.weight(i)).sum() };
         let squares = self.levels.iter().map(|level| {
@@ -145,7 +145,7 @@ impl Levels {
             });
             pairs
         };
-        // The sums are added in one order, whatever the number of threads.
+        // The order of the additions does not depend on the number of threads.
         let all: Vec<Vec<Pair>> = parallel::batch(&levels, of_level);
         let mut total = vec![Pair::default(); at.len()];
         for pairs in all {
@@ -157,7 +157,7 @@ impl Levels {
         total
     }
 
-    /// The estimates at points in any order; NaN where no data are in reach, and for what is not finite.
+    /// The estimates at points in any order. NaN where no data are in reach, and for points that are not finite.
     pub fn estimates(&self, method: &RecursiveKernel, at: &[f64]) -> Vec<f64> {
         let Increasing { order, values } = Increasing::new(at);
         let mut estimates = vec![f64::NAN; at.len()];
@@ -191,8 +191,8 @@ impl Levels {
         .collect()
     }
 
-    /// The scores of c over these points, in order of x. Each is predicted from all others, whose bandwidths stay, or by its
-    /// nearest neighbours if no other is in reach.
+    /// The scores of c over these points, in order of x. Each point is predicted from all others, and their bandwidths stay the same. If no
+    /// other is in reach, its nearest neighbours predict it.
     pub fn candidate(&self, method: &RecursiveKernel, points: &[Own]) -> ScoredParameter<f64> {
         let at: Vec<f64> = points.iter().map(|p| p.x).collect();
         let factors: Vec<f64> = self.each(method).map(|level| level.factor).collect();
@@ -238,7 +238,7 @@ impl Levels {
         pair
     }
 
-    /// The index of a point of this weight among sorted points, or of an equal one.
+    /// The index of this point, with this weight, among sorted points; or of an equal point.
     fn place(&self, data: &Sorted, point: &Own, weight: f64) -> Option<usize> {
         let first = data.x.partition_point(|&x| x < point.x);
         let same = data.x[first..].iter().take_while(|&&x| x == point.x).count();
@@ -248,7 +248,7 @@ impl Levels {
 
     /// The slope at `q` of the line fitted with the weights of the estimate there; zero where it is not determined.
     pub fn slope(&self, method: &RecursiveKernel, q: f64) -> f64 {
-        // In units of c, twice: the second time about the centre.
+        // Two passes, in units of c. The second is about the centre.
         let unit = method.bandwidth;
         let sums = |centre: f64| {
             let mut s = [0.0; 5];
@@ -295,8 +295,8 @@ impl Levels {
     }
 }
 
-/// The numbers of doublings and the weights that an observation of weight `w` has in them, after others of total weight
-/// `before`: the stream has doubled k times from the 2^k-th observation on.
+/// Splits an observation of weight `w`, after others of total weight `before`, by the doublings of the stream: the numbers of doublings and
+/// the weights there. The stream has doubled k times from the 2^k-th observation on.
 fn shares(before: f64, w: f64) -> impl Iterator<Item = DoublingWeight> {
     let (mut at, mut rest) = (before, w);
     std::iter::from_fn(move || {
@@ -305,7 +305,7 @@ fn shares(before: f64, w: f64) -> impl Iterator<Item = DoublingWeight> {
         }
         let doublings = exponent(at + 1.0);
         let until_next = f64::from(doublings + 1).exp2() - 1.0 - at;
-        // The difference is lost in rounding where one observation counts for nothing beside the weights before it.
+        // The difference is lost in rounding if the observation is negligible in comparison with the weights before it.
         let share = if until_next > 0.0 && until_next < rest {
             until_next
         } else {
@@ -319,7 +319,7 @@ fn shares(before: f64, w: f64) -> impl Iterator<Item = DoublingWeight> {
     })
 }
 
-/// The whole part of the logarithm to base 2 of a number from 1, exactly.
+/// The integer part of the base-2 logarithm of a number of at least 1, exactly.
 fn exponent(v: f64) -> u32 {
     ((v.to_bits() >> 52) as u32 & 0x7ff).saturating_sub(1023)
 }

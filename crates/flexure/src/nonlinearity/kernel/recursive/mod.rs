@@ -1,15 +1,14 @@
-//! The recursive kernel estimate: for streams in one pass, with memory for the evaluation points alone
-//! ([`RecursiveKernel`]), and over a record, at any point and with c from the data ([`RecursiveRegression`]).
+//! The recursive kernel estimate. For streams it takes one pass and memory for the evaluation points only ([`RecursiveKernel`]). Over a
+//! record it is known at any point, and c can be chosen from the data ([`RecursiveRegression`]).
 //!
 //! $$ m_n(x) = \frac{\sum_i h_i^{-r} Y_i K((x - X_i)/h_i)}{\sum_i h_i^{-r} K((x - X_i)/h_i)} ,
 //!    \qquad h_i = c\,2^{-\gamma \lfloor \log_2 (i + 1) \rfloor}, \; i = 0, 1, \dots $$
-//! with r = 1 (after Wolverton & Wagner 1969, Ahmad & Lin 1976) or r = 0 (Devroye & Wagner 1980). An
-//! observation's bandwidth depends on its place in the stream alone, so that it is never looked at again and
-//! partial sums over parts of the stream add up to those of the whole. It follows c (i + 1)^-gamma from above to
-//! within 2^gamma, and stays while the stream doubles: over a record the observations of one bandwidth then make an
-//! ordinary kernel sum, at the price of one. The rate is that of (13) (Greblicki & Pawlak 2008, chapter 4, where
-//! h_i may be any sequence of that order). In d columns K is a product, every column's bandwidth shrinks alike, and the
-//! weight is h_i^(-r d).
+//! with r = 1 (after Wolverton & Wagner 1969, Ahmad & Lin 1976) or r = 0 (Devroye & Wagner 1980). An observation's bandwidth depends only
+//! on its place in the stream. So an observation is never needed again, and partial sums over parts of the stream add up to the sums of the
+//! whole. The bandwidth follows c (i + 1)^-gamma from above to within a factor 2^gamma, and stays the same while the stream doubles. Over a
+//! record the observations of one bandwidth then make an ordinary kernel sum. The rate is that of (13) (Greblicki & Pawlak 2008, chapter 4,
+//! where h_i may be any sequence of that order). In d columns K is a product, the bandwidths of all columns shrink by the same factor, and
+//! the weight is h_i^(-r d).
 
 mod levels;
 mod regression;
@@ -21,14 +20,13 @@ use crate::error::{DataError, Error, ParameterError, Result};
 use crate::nonlinearity::estimator::{MOST_COLUMNS, columns};
 use crate::sort::order;
 
-/// How observations with different bandwidths are weighed against each other.
+/// The weights of observations with different bandwidths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum RecursiveForm {
-    /// By 1/h_i, as the density estimates of Wolverton & Wagner (1969): all observations count alike.
+    /// Weights 1/h_i, as in the density estimates of Wolverton & Wagner (1969): all observations count equally.
     #[default]
     WolvertonWagner,
-    /// Not at all (Devroye & Wagner 1980): the early, wide windows count for more, which makes the estimate
-    /// smoother and more biased.
+    /// Equal weights (Devroye & Wagner 1980): the early, wide windows count more, and the estimate is smoother and more biased.
     DevroyeWagner,
 }
 
@@ -77,9 +75,9 @@ pub struct RecursiveKernel {
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecursiveSums {
     method: RecursiveKernel,
-    /// Each column's bandwidth in proportion to the method's.
+    /// Each column's bandwidth as a multiple of the method's.
     proportions: Vec<f64>,
-    /// The columns of the evaluation points in increasing order of the first, and the place of each in the caller's list.
+    /// The columns of the evaluation points, sorted by the first column, and the place of each point in the caller's list.
     at: Vec<Vec<f64>>,
     order: Vec<usize>,
     weight: Vec<f64>,
@@ -185,7 +183,7 @@ impl RecursiveKernel {
         (-self.exponent * f64::from(level)).exp2()
     }
 
-    /// What h_i^-r is in proportion to, where h_i / c is `shrunk`.
+    /// A factor proportional to h_i^-r, with h_i / c = `shrunk`.
     fn factor(&self, shrunk: f64) -> f64 {
         match self.form {
             RecursiveForm::WolvertonWagner => 1.0 / shrunk,
@@ -195,7 +193,7 @@ impl RecursiveKernel {
 }
 
 impl RecursiveSums {
-    /// Takes in the next observation of one column, at the cost of a search and of the evaluation points in its reach.
+    /// Takes in the next observation of one column. The cost is a search and the evaluation points in its reach.
     ///
     /// # Errors
     /// [`Error::Data`]: `NonFinite`, with the observation's place in the stream, and [`Error::Parameter`]: `ColumnCount` where the evaluation
@@ -247,7 +245,7 @@ impl RecursiveSums {
 
     /// Adds the sums over another part of the same stream.
     ///
-    /// The parts may come in any order, and must not overlap: that is the caller's to see to.
+    /// The parts may come in any order. The caller must make sure that they do not overlap.
     ///
     /// # Errors
     /// [`Error::Data`]: `Unmergeable` when the methods or the evaluation points differ.
@@ -275,8 +273,7 @@ impl RecursiveSums {
         self.count
     }
 
-    /// The estimates at the evaluation points, in the order in which these were given: NaN where there has
-    /// been no observation within reach. More observations may follow.
+    /// The estimates at the evaluation points, in the order given. NaN where no observation was within reach. More observations may follow.
     pub fn finish(&self) -> Vec<f64> {
         let mut estimates = vec![f64::NAN; self.weight.len()];
         for (j, &i) in self.order.iter().enumerate() {
@@ -288,7 +285,7 @@ impl RecursiveSums {
     }
 }
 
-/// All finite; `first` is the place of the first in its column.
+/// Checks that all values are finite; `first` is the place of the first value in its column.
 fn check_finite(column: &str, values: &[f64], first: u64) -> Result<()> {
     match values.iter().position(|v| !v.is_finite()) {
         None => Ok(()),

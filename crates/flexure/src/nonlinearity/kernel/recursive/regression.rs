@@ -12,14 +12,14 @@ use crate::parallel;
 use crate::selection::{Criterion, Grid, Search};
 use crate::sort;
 
-/// What it is, in messages.
+/// The name of the method in messages.
 const WHAT: &str = "a recursive kernel regression";
 /// The fewest points of positive weight from which c is chosen.
 const FEWEST: usize = 3;
-/// The points that are predicted for a score of c: above this number every second one, every third one, ...
+/// The most points that are predicted for a score of c. With more points, every second one, every third one, ... is predicted.
 const SCORED: usize = 20_000;
 
-/// The recursive kernel estimate of recorded points, which come in the order in which they are given.
+/// The recursive kernel estimate over recorded points, taken in the order given.
 ///
 /// | parameter | purpose | valid range | default |
 /// |---|---|---|---|
@@ -29,12 +29,12 @@ const SCORED: usize = 20_000;
 /// | `exponent` | gamma, how fast the bandwidth shrinks: 1/3 for Lipschitz, 1/5 for smooth m | between 0 and 1 | 1/5 |
 /// | `outside` | the estimate beyond the data and in empty windows | | NaN |
 ///
-/// At every point it is what [`RecursiveKernel`] makes of the stream, to rounding. A point of weight w is w points of the
-/// stream, one after the other. **Leave-one-out**: a point is predicted from all others, earlier and later ones, whose
-/// bandwidths stay as they are; by its nearest neighbours where no other is in reach. Of more than 20,000 points every
-/// second, third, ... in order of x is predicted, from all others.
+/// At every point the estimate equals that of [`RecursiveKernel`] over the stream, except for rounding. A point of weight w counts as w
+/// points of the stream, one after the other. **Leave-one-out**: a point is predicted from all others, earlier and later ones. Their
+/// bandwidths stay the same. If no other is in reach, its nearest neighbours predict it. With more than 20,000 points only every second,
+/// third, ... in order of x is predicted, from all others.
 ///
-/// [`Outside::Nan`]: NaN where no data are within reach, and no other value is touched. [`Outside::Nearest`] and
+/// [`Outside::Nan`]: NaN where no data are within reach; all other values stay the same. [`Outside::Nearest`] and
 /// [`Outside::Linear`] are as for [`KernelEstimator`](crate::nonlinearity::KernelEstimator) in one variable; the slope at
 /// an end is that of the line fitted there with the weights of the estimate.
 ///
@@ -87,7 +87,7 @@ impl Estimator for RecursiveRegression {
 
     /// # Errors
     /// Those of every [`Estimator`]; [`Error::Parameter`] for a bandwidth or an exponent out of range, and
-    /// [`Error::Data`]: `TooShort` where c is chosen from fewer than 3 points of positive weight.
+    /// [`Error::Data`]: `TooShort` if c is chosen and fewer than 3 points have a positive weight.
     fn fit(self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<RecursiveFit> {
         let data = Checked::new(WHAT, 1, x, y, weights)?;
         let with = |bandwidth| RecursiveKernel {
@@ -115,7 +115,7 @@ impl Estimator for RecursiveRegression {
     }
 }
 
-/// Over the values of c whose typical bandwidths are those worth trying for one bandwidth.
+/// Searches for c. The typical bandwidths of the values tried are the candidates of a search for one bandwidth.
 fn search(
     levels: &Levels,
     data: &Checked<'_>,
@@ -152,8 +152,8 @@ impl RecursiveFit {
         self.method.bandwidth
     }
 
-    /// The root mean square over the observations of their bandwidths, in the unit of x: with one bandwidth for all, this
-    /// one smooths as much.
+    /// The root mean square of the observations' bandwidths, in the unit of x. One bandwidth of this size for all observations smooths as
+    /// much.
     pub fn typical_bandwidth(&self) -> f64 {
         self.method.bandwidth * self.levels.typical(&self.method)
     }
@@ -163,7 +163,7 @@ impl RecursiveFit {
         self.method
     }
 
-    /// The scores of all values of c that were tried, where it was chosen from the data.
+    /// The scores of all values of c that were tried, if c was chosen from the data.
     pub fn search(&self) -> Option<&Search<f64>> {
         self.search.as_ref()
     }

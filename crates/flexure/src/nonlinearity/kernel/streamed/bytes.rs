@@ -9,10 +9,11 @@ use super::{FOLDS, LEVELS, StreamedRegression, exp2};
 use crate::error::{DataError, Error, Result};
 use crate::nonlinearity::kernel::bin::Bin;
 
-/// What the bytes begin with: a name and a version.
+/// The first bytes: a name and a version.
 const MAGIC: &[u8; 5] = b"FLXS\x01";
 
-/// How far a mean may lie beyond its bin by rounding, in widths of the bin; where they are narrow beside x, the last digits of x.
+/// How far rounding may move a mean beyond its bin, in widths of the bin. If the bins are narrow in comparison with x, the last digits of x
+/// count instead.
 const ROUNDING: f64 = 1e-3;
 
 impl StreamedRegression {
@@ -105,7 +106,7 @@ impl Numbers<'_> {
         Ok(u64::from_le_bytes(*number))
     }
 
-    /// A bin with points and finite sums, whose mean of x lies in it.
+    /// Reads a bin: it must have points and finite sums, and its mean of x must lie in it.
     fn bin(&mut self, at: i64, level: i32) -> Result<Bin> {
         let mut values = [0.0; 6];
         for value in &mut values {

@@ -11,18 +11,18 @@ use crate::nonlinearity::kernel::{Degree, Kernel, KernelFit, KernelRegression, S
 use crate::parallel;
 use crate::selection::{BandwidthSearch, Grid};
 
-/// Bins to a bandwidth at least, for a bandwidth that is chosen: the estimate at their means is then off by less than a thousandth of
-/// the smoothing bias. The Gaussian's bandwidth is not its reach.
+/// The least number of bins in a bandwidth that is chosen. The estimate at their means is then off by less than a thousandth of the
+/// smoothing bias. The Gaussian's bandwidth is not its reach.
 const BINS: f64 = 30.0;
 const BINS_GAUSSIAN: f64 = 12.0;
-/// Folds with data that a standard error needs at least.
+/// The least number of folds with data for a standard error.
 const FEWEST_FOLDS: usize = 3;
 
 /// A kernel regression from sums over a record.
 #[derive(Debug, Clone)]
 pub struct StreamedFit {
     fit: KernelFit,
-    /// The same from each fold alone; folds without data are left out.
+    /// The same fit from each fold alone. Folds without data are left out.
     folds: Vec<KernelFit>,
     search: Option<BandwidthSearch>,
     bin_width: f64,
@@ -38,7 +38,7 @@ pub struct StreamedBand {
     pub lower: Vec<f64>,
     /// The upper edge.
     pub upper: Vec<f64>,
-    /// The estimate less its estimated smoothing bias, in the middle of the band.
+    /// The estimate minus its estimated smoothing bias. It is the middle of the band.
     pub centre: Vec<f64>,
     /// The centre's standard error.
     pub standard_error: Vec<f64>,
@@ -94,7 +94,7 @@ impl StreamedRegression {
         })
     }
 
-    /// The bandwidth whose estimates from all folds but one are nearest to the data of that one, in the mean square.
+    /// The bandwidth with the smallest mean squared error, when every fold is predicted from all the others.
     fn search(&self, kernel: Kernel, degree: Degree, bins: &[&Folds], parts: &[usize]) -> Result<BandwidthSearch> {
         if parts.len() < 2 {
             let need = usize::try_from(self.block).unwrap_or(usize::MAX).saturating_add(1);
@@ -124,7 +124,7 @@ impl StreamedRegression {
     }
 }
 
-/// The points of all folds of a bin, or of all but one.
+/// The points of all folds of a bin, except for `left_out`.
 fn without(folds: &Folds, left_out: Option<usize>) -> Bin {
     let others = folds
         .iter()
@@ -133,15 +133,15 @@ fn without(folds: &Folds, left_out: Option<usize>) -> Bin {
     others.fold(Bin::EMPTY, |sum, (_, bin)| sum.plus(*bin))
 }
 
-/// Bins in order as weighted points, without the empty ones.
+/// The bins as weighted points, in order and without the empty ones.
 fn sorted(bins: impl Iterator<Item = Bin>) -> Sorted {
     let bins: Vec<Bin> = bins.filter(|bin| bin.count > 0.0).collect();
     let column = |of: fn(&Bin) -> f64| -> Vec<f64> { bins.iter().map(of).collect() };
     Sorted::centred(column(|b| b.x), column(|b| b.y), Some(column(|b| b.count)))
 }
 
-/// The squared distances of a fold's data from the estimate that is made of the `others`. Within a bin the estimate is the line
-/// through its value there, as steep as between the neighbouring bins.
+/// The squared distances of a fold's data from the estimate from the `others`. Within a bin the estimate is a line through its value at the
+/// bin, with the slope between the neighbouring bins.
 fn squares(bins: &[&Folds], part: usize, others: &Sorted, kernel: Kernel, degree: Degree, h: f64) -> f64 {
     let of_part: Vec<Bin> = bins
         .iter()
@@ -185,18 +185,18 @@ impl StreamedFit {
         self.count
     }
 
-    /// The mean squared error of predicting the rows of every fold from the others, where the bandwidth was chosen by it.
+    /// The mean squared error with which the rows of every fold are predicted from the others, if the bandwidth was chosen by it.
     pub fn prediction_error(&self) -> Option<f64> {
         let scores = self.search.as_ref()?.curve.iter().map(|score| score.error);
         scores.filter(|error| error.is_finite()).reduce(f64::min)
     }
 
-    /// 1 less that error over the ordinates' variance.
+    /// 1 - E/V, where E is [`prediction_error`](Self::prediction_error) and V the ordinates' variance.
     pub fn r_squared(&self) -> Option<f64> {
         Some(1.0 - self.prediction_error()? / self.variance)
     }
 
-    /// The width of the bins, in the unit of x. Structure of the estimate that is narrower than some bins is not seen.
+    /// The width of the bins, in the unit of x. The estimate does not show details narrower than a few bins.
     pub fn bin_width(&self) -> f64 {
         self.bin_width
     }
@@ -207,7 +207,7 @@ impl StreamedFit {
         (x[0], x[x.len() - 1])
     }
 
-    /// A pointwise band at the points `at`, in any order, that holds the regression with probability `level`.
+    /// A pointwise band at the points `at`, in any order. At each point it holds the regression with probability `level`.
     ///
     /// Its centre is $2 m_h - m_{\sqrt{2} h}$, whose bias is of higher order (Schucany and Sommers 1977: the local line's bias is
     /// proportional to h^2). Its standard error is that of the mean over the folds, from their scatter; NaN where fewer than three
@@ -256,7 +256,7 @@ impl StreamedFit {
     }
 }
 
-/// The estimate less its smoothing bias: that grows with the square of the bandwidth.
+/// The estimate minus its smoothing bias. The bias grows with the square of the bandwidth.
 fn unbiased(fit: &KernelFit, at: &[f64]) -> Result<Vec<f64>> {
     let KernelRegression { kernel, bandwidth } = fit.method();
     let bandwidth = std::f64::consts::SQRT_2 * bandwidth;

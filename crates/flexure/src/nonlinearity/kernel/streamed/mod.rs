@@ -1,12 +1,12 @@
 //! Kernel regression of one column from records of any length: one pass, bounded memory, parts that are merged.
 //!
-//! The points are gathered in bins [k 2^l, (k + 1) 2^l): a bin keeps its count, its means and its second moments ([`Bin`]). The
-//! level l is the smallest at which no more than a given number of bins is occupied. It can only grow with the points, so that
-//! it does not depend on their order, nor on the parts in which they come.
+//! The points are gathered in bins [k 2^l, (k + 1) 2^l): a bin keeps its count, its means and its second moments ([`Bin`]). The level l is
+//! the smallest at which no more than a given number of bins is occupied. More points can only raise it. So it depends neither on the order
+//! of the points nor on the parts in which they come.
 //!
 //! Rows belong to [`FOLDS`] folds, block by block, by their place in the whole record. Every bin keeps the sums of each fold.
-//! What cross-validation leaves out is then a fold, and the scatter of the folds' own estimates is the standard error of their
-//! mean (batch means). Both hold for dependent rows too, as long as the dependence fades within a block.
+//! Cross-validation leaves out one fold at a time. The scatter of the folds' own estimates gives the standard error of their mean (batch
+//! means). Both are valid for dependent rows too, if the dependence fades within a block.
 //!
 //! | file | what |
 //! |---|---|
@@ -30,13 +30,13 @@ use crate::error::{DataError, Error, Result};
 
 /// The number of folds. With fewer, the standard errors from their scatter are coarse; with more, a bin takes more memory.
 pub const FOLDS: usize = 20;
-/// Bins at most, by default: 31 MiB.
+/// The default for the most bins: 31 MiB.
 const MOST_BINS: usize = 1 << 15;
 /// Rows of a block, by default.
 const BLOCK: u64 = 1000;
 /// The narrowest and the widest bins are 2^-1000 and 2^1000: their inverses are finite.
 const LEVELS: std::ops::RangeInclusive<i32> = -1000..=1000;
-/// A bin's number has at most so many digits and one more, so that it is exact in `f64`.
+/// A bin's number has at most one binary digit more than this, so that it is exact in `f64`.
 const LARGEST_PLACE: i32 = 51;
 
 /// One bin: the sums of every fold.
@@ -111,7 +111,7 @@ impl StreamedRegression {
         })
     }
 
-    /// Empty sums with bins as wide as these. Rows of the same record are taken in faster: the bins need not become wider once more.
+    /// Empty sums with bins as wide as these. They take in rows of the same record faster, as the bins need not become wider again.
     pub fn emptied(&self) -> Self {
         StreamedRegression {
             most_bins: self.most_bins,
@@ -131,7 +131,7 @@ impl StreamedRegression {
         exp2(self.level)
     }
 
-    /// Takes in rows that stand together in the record, the first of them at place `first_row`, counted from 0.
+    /// Takes in consecutive rows of the record. The first is at place `first_row`, counted from 0.
     ///
     /// # Errors
     /// [`Error::Data`]: `LengthMismatch`, and `NonFinite` with the place in the record; then none of the rows was taken in.
@@ -162,7 +162,7 @@ impl StreamedRegression {
         Ok(())
     }
 
-    /// Takes in what `other` took in. Rows that both have count twice.
+    /// Takes in the rows of `other`. A row that both have counts twice.
     ///
     /// # Errors
     /// [`Error::Data`]: `Unmergeable` where the two have other parameters.
@@ -177,7 +177,7 @@ impl StreamedRegression {
         self.widen_to(other.level);
         for (at, folds) in other.in_order() {
             for (fold, &bin) in folds.iter().enumerate().filter(|(_, bin)| bin.count > 0.0) {
-                // These bins may have become wider on the way.
+                // These bins may have become wider in the meantime.
                 self.add(wider(at, self.level - other.level), fold, bin);
             }
         }
@@ -198,7 +198,7 @@ impl StreamedRegression {
         }
     }
 
-    /// The sums of the bin at this place, which is made where there is none.
+    /// The sums of the bin at this place. If there is none, it is made.
     fn folds_at(&mut self, at: i64) -> &mut Folds {
         let next = self.bins.len();
         let index = *self.places.entry(at).or_insert(next);
@@ -208,8 +208,8 @@ impl StreamedRegression {
         &mut self.bins[index]
     }
 
-    /// How often the bins have to become twice as wide, so that there are no more than `most_bins`: two neighbours become one when
-    /// they have as many last digits in common as differ now.
+    /// How often the bins have to become twice as wide until there are no more than `most_bins`. Two neighbours become one bin when their
+    /// widening drops all the last digits in which their numbers differ.
     fn levels_to_widen(&self) -> i32 {
         let places: Vec<i64> = self.in_order().iter().map(|(at, _)| *at).collect();
         let differing = |pair: &[i64]| 64 - (pair[0] ^ pair[1]).leading_zeros();
@@ -258,17 +258,17 @@ fn exp2(exponent: i32) -> f64 {
     f64::from(exponent).exp2()
 }
 
-/// The number of the bin of this level that has x in it.
+/// The number of the bin of this level that contains x.
 fn place(x: f64, level: i32) -> i64 {
     (x * exp2(-level)).floor() as i64
 }
 
-/// The number of a bin among bins that are 2^by times as wide.
+/// The number of the bin that contains this one, among bins 2^by times as wide.
 fn wider(at: i64, by: i32) -> i64 {
     at >> by.clamp(0, 63)
 }
 
-/// A hash of bins' numbers: their neighbours are far from each other, and whoever sends data cannot do harm, as there are not many bins.
+/// A hash of bins' numbers. It moves neighbours far apart. Data made to collide do no harm, as there are not many bins.
 #[derive(Debug, Default, Clone)]
 struct PlaceHasher(u64);
 
@@ -282,7 +282,7 @@ impl Hasher for PlaceHasher {
     }
 
     fn write_i64(&mut self, place: i64) {
-        // Fibonacci hashing (Knuth 1998, 6.4); the high digits are the well mixed ones.
+        // Fibonacci hashing (Knuth 1998, 6.4); the high digits are the well-mixed ones.
         let product = (self.0 ^ place as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15);
         self.0 = product ^ (product >> 32);
     }

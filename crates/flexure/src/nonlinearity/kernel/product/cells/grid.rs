@@ -1,4 +1,4 @@
-//! Cells with numbers. The coordinates of a cell are the digits of its number, that of the last dimension last.
+//! Cells with numbers. The coordinates of a cell are the digits of its number. The last dimension has the last digit.
 
 use std::ops::Range;
 
@@ -13,7 +13,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// The points, between `ends` along every dimension, are ordered by counting.
+    /// Orders the points by counting. They lie between `ends` along every dimension.
     pub fn ordered(rule: &Rule, x: &[&[f64]], ends: &[(f64, f64)]) -> InOrder<Grid> {
         let n = x[0].len();
         let last = |(j, ends): (usize, &(f64, f64))| rule.coordinate(j, ends.1) as usize;
@@ -79,7 +79,7 @@ impl Grid {
         self.descend(0, 0, &within[..self.spans.len()], runs);
     }
 
-    /// The runs along the dimensions `within` from the `j`-th on, of the cells whose first digits are `before`.
+    /// Adds the runs of the cells whose first digits are `before` and whose other coordinates, from the `j`-th on, lie in `within`.
     fn descend(&self, j: usize, before: usize, within: &[(usize, usize)], runs: &mut Vec<Range<usize>>) {
         let first = before * self.spans[j];
         let (low, high) = (first + within[0].0, first + within[0].1);

@@ -10,7 +10,7 @@ pub struct Tree {
     levels: Vec<Level>,
 }
 
-/// The cells' coordinates along one dimension, for each choice of those before it.
+/// The cells' coordinates along one dimension, for each combination of the coordinates before it.
 #[derive(Debug, Clone, PartialEq, Default)]
 struct Level {
     /// Increasing among the children of one entry of the level before.
@@ -20,7 +20,7 @@ struct Level {
 }
 
 impl Tree {
-    /// The points are ordered by comparison of their cells' coordinates.
+    /// Orders the points by comparison of their cells' coordinates.
     pub fn ordered(rule: &Rule, x: &[&[f64]]) -> InOrder<Tree> {
         let (n, d) = (x[0].len(), x.len());
         let mut keys = vec![0_i64; n * d];
@@ -112,7 +112,7 @@ fn before(coordinates: &[i64], limit: i64) -> usize {
     if limit <= first {
         return 0;
     }
-    // The place if no cell before is empty.
+    // This is the place if no earlier cell is empty.
     let guess = limit.saturating_sub(first) as usize;
     if coordinates.get(guess) == Some(&limit) {
         return guess;
