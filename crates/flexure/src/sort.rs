@@ -1,7 +1,7 @@
 //! Sorting of numbers, and of anything by numbers.
 //!
-//! A standard sort is compiled anew for every kind of item and of comparison. Here all items are sorted by one function, through
-//! their places. It is also faster than a sort of the items themselves: the keys lie side by side, and ties are rare.
+//! A standard sort is compiled again for every kind of item and of comparison. Here one function sorts all items through their places. It
+//! is also faster than a sort of the items themselves, because the keys lie next to one another and ties are rare.
 
 use std::cell::Cell;
 use std::cmp::Ordering;
@@ -9,16 +9,16 @@ use std::sync::{Mutex, PoisonError};
 
 use crate::{interrupt, parallel};
 
-/// Comparisons between two questions whether the work is to stop: a millisecond.
+/// The number of comparisons between two checks whether the work must stop. They take about a millisecond.
 const COMPARISONS: u32 = 1 << 16;
 
-/// Fewer items are sorted by one thread.
+/// Up to this many items are sorted by one thread.
 const PIECE: usize = 1 << 16;
-/// More items are sorted in so many pieces.
+/// More items are sorted in this many pieces.
 const PIECES: usize = 64;
 
-/// The places of the rows of these columns in increasing order of the first column, then of the second and so on; equal rows
-/// stay in their order.
+/// The places of the rows of these columns in increasing order of the first column, then of the second and so on. Equal rows keep their
+/// order.
 pub(crate) fn order(columns: &[&[f64]]) -> Vec<usize> {
     let [first, others @ ..] = columns else {
         return Vec::new();
@@ -34,7 +34,7 @@ pub(crate) fn order(columns: &[&[f64]]) -> Vec<usize> {
     keys.into_iter().map(|(_, place)| place as usize).collect()
 }
 
-/// The items in increasing order, of which equal ones cannot be told apart; over all cores where there are many.
+/// The items in increasing order. Equal items must be indistinguishable. If there are many, all cores sort.
 fn ordered<T: Copy + Send + Sync>(mut items: Vec<T>, compare: impl Fn(&T, &T) -> Ordering + Sync) -> Vec<T> {
     let sort = |piece: &mut [T]| {
         let asked = Asked::default();
@@ -53,7 +53,7 @@ fn ordered<T: Copy + Send + Sync>(mut items: Vec<T>, compare: impl Fn(&T, &T) ->
         sort(&mut pieces[k].lock().unwrap_or_else(PoisonError::into_inner));
     });
     drop(pieces);
-    // A range of the result has what of each piece lies between two bounds.
+    // A range of the result holds the items of all pieces between two bounds.
     let mut bounds: Vec<T> = items.iter().copied().step_by(length.div_ceil(PIECES)).collect();
     sort(&mut bounds);
     let bounds: Vec<T> = bounds.into_iter().step_by(PIECES).collect();
@@ -65,7 +65,7 @@ fn ordered<T: Copy + Send + Sync>(mut items: Vec<T>, compare: impl Fn(&T, &T) ->
             let to = bounds.get(r).map_or(piece.len(), |bound| below(piece, bound));
             merged.extend_from_slice(&piece[from..to]);
         }
-        // This sort merges what is in order already.
+        // This sort merges runs that are already in order.
         merged.sort_by(&compare);
         merged
     };
@@ -74,7 +74,7 @@ fn ordered<T: Copy + Send + Sync>(mut items: Vec<T>, compare: impl Fn(&T, &T) ->
     ranges.concat()
 }
 
-/// Ends a long sort whose work is to stop: sorting millions of numbers takes tenths of a second.
+/// Ends a long sort if the work must stop. A sort of millions of numbers takes tenths of a second.
 #[derive(Default)]
 struct Asked(Cell<u32>);
 
@@ -87,7 +87,7 @@ impl Asked {
     }
 }
 
-/// Sorts items in increasing order of a key; items of equal keys stay in their order.
+/// Sorts items in increasing order of a key. Items with equal keys keep their order.
 pub(crate) fn by_key<T>(items: &mut Vec<T>, key: impl FnMut(&T) -> f64) {
     let keys: Vec<f64> = items.iter().map(key).collect();
     let mut unsorted: Vec<Option<T>> = items.drain(..).map(Some).collect();
@@ -99,7 +99,7 @@ pub(crate) fn sorted(values: &[f64]) -> Vec<f64> {
     ordered(values.to_vec(), f64::total_cmp)
 }
 
-/// The median; of an even number of values the larger one in the middle. There must be at least one.
+/// The median. For an even number of values it is the larger of the two in the middle. There must be at least one value.
 pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     let middle = values.len() / 2;
     *values.select_nth_unstable_by(middle, f64::total_cmp).1
@@ -133,7 +133,7 @@ mod tests {
         for sort in work {
             let interrupt = interrupt::Interrupt::after(3);
             assert!(interrupt.watch(|| sort(&values)).is_err());
-            // It was asked within the sort, and not only after it.
+            // The check came within the sort, not only after it.
             let whole = interrupt::Interrupt::after(1000);
             assert!(whole.watch(|| sort(&values)).is_ok());
             assert!(1000 - whole.left() > 5);
@@ -151,7 +151,7 @@ mod tests {
             compared.then(i.cmp(&j))
         });
         assert_eq!(order(&[&first, &second]), want);
-        // Equal numbers, numbers that are in order, and numbers against it.
+        // Equal numbers, increasing numbers and decreasing numbers.
         for x in [
             vec![1.0; n],
             (0..n).map(|i| i as f64).collect(),

@@ -9,7 +9,7 @@ use crate::linear::TransferFunction;
 use crate::linear::correlation::variance;
 use crate::record::Record;
 
-/// The static nonlinearities that block-oriented identification is judged on.
+/// The static nonlinearities on which block-oriented identification is tested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum KnownNonlinearity {
@@ -97,7 +97,7 @@ pub struct KnownHammerstein {
     pub input_range: f64,
     /// Standard deviation of the noise xi that enters before the linear part.
     pub process_noise: f64,
-    /// Output noise: ratio of the noiseless output's power to the noise's, dB; infinite for none.
+    /// Output noise: ratio of the noiseless output's power to the noise's, dB; infinite for no noise.
     pub snr_db: f64,
 }
 
@@ -164,7 +164,7 @@ pub fn relative_error_after_alignment(truth: &[f64], estimate: &[f64]) -> f64 {
     ((tt - explained).max(0.0) / tt).sqrt()
 }
 
-/// The two linear parts that Hammerstein algorithms are compared on: a well damped one,
+/// The two linear parts for comparisons of Hammerstein algorithms: a well damped one,
 /// (1 + 0.4 z^-1 + 0.1 z^-2) / (1 - 1.2 z^-1 + 0.52 z^-2), and a resonance,
 /// (0.05 + 0.08 z^-1 + 0.02 z^-2) / (1 - 1.8 z^-1 + 0.95 z^-2).
 pub fn known_linear_parts() -> [TransferFunction; 2] {

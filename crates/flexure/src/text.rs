@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-/// A number to four digits, without an exponent where it is of everyday size.
+/// A number to four digits, without an exponent if its size is ordinary.
 ///
 /// ```
 /// assert_eq!(flexure::text::number(0.17391), "0.1739");
@@ -24,7 +24,7 @@ pub fn number(value: f64) -> String {
     }
 }
 
-/// A number as [`number`] writes it, a whole number below a million without decimals.
+/// A number as [`number`] writes it. A whole number below a million has no decimals.
 pub fn short(value: f64) -> String {
     if value.fract() == 0.0 && value.abs() < 1e6 {
         format!("{value}")
@@ -33,12 +33,12 @@ pub fn short(value: f64) -> String {
     }
 }
 
-/// A number to at most six digits, without zeros behind them: 0.01, not 0.01000; with an exponent where it would have many zeros.
+/// A number to at most six digits, without trailing zeros: 0.01, not 0.01000. If it would have many zeros, it has an exponent.
 pub fn decimal(number: f64) -> String {
     exact(format!("{number:.5e}").parse().unwrap_or(number))
 }
 
-/// A number with all of its digits; with an exponent where it would have many zeros.
+/// A number with all of its digits. If it would have many zeros, it has an exponent.
 ///
 /// ```
 /// assert_eq!(flexure::text::exact(0.25), "0.25");
@@ -52,14 +52,14 @@ pub fn exact(value: f64) -> String {
     }
 }
 
-/// The names in a list that a reader can take in.
+/// The names in a list of readable length.
 ///
 /// ```
 /// let names: Vec<String> = (0..1000).map(|i| format!("c{i}")).collect();
 /// assert!(flexure::text::list(&names).ends_with("c18, c19 and 980 more"));
 /// ```
 pub fn list(names: &[String]) -> String {
-    /// More are counted, not named.
+    /// More names than this are only counted.
     const MOST: usize = 20;
     let shown = names.iter().take(MOST).map(|name| shortened(name));
     let shown = shown.collect::<Vec<_>>().join(", ");
@@ -69,7 +69,7 @@ pub fn list(names: &[String]) -> String {
     }
 }
 
-/// A name of which a reader sees enough.
+/// A name, shortened if it is very long.
 ///
 /// ```
 /// assert_eq!(flexure::text::shortened("torque"), "torque");
@@ -83,8 +83,8 @@ pub fn shortened(name: &str) -> String {
     }
 }
 
-/// The text with its control characters, but for line breaks and tabs, as `\\u001b`: to a terminal they are commands. So are the marks that turn the
-/// direction of a text or break a line, and characters without a width, which nobody sees.
+/// The text with control characters written as `\\u001b`, except for line breaks and tabs: a terminal would take them as commands. Marks
+/// that change the direction of a text or break a line are written in the same way, and so are invisible characters without a width.
 ///
 /// ```
 /// assert_eq!(flexure::text::visible("a\u{1b}[31mb"), r"a\u001b[31mb");
@@ -106,7 +106,7 @@ pub fn shown_path(path: &Path) -> String {
 
 fn is_command(c: char) -> bool {
     let directs = matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-    // Not the joiners U+200C and U+200D, which some scripts write.
+    // The joiners U+200C and U+200D are not included: some scripts need them.
     directs || c.is_control() || matches!(c, '\u{200b}' | '\u{2060}' | '\u{feff}')
 }
 
@@ -140,7 +140,7 @@ pub fn readable(text: &str) -> String {
     visible(text).split_inclusive(char::is_whitespace).map(short).collect()
 }
 
-/// A p-value as it is usually written: to two digits, and not below 1e-6, where no distribution is known so well.
+/// A p-value as it is usually written: to two digits, and not below 1e-6, as no distribution is known so well there.
 ///
 /// ```
 /// assert_eq!(flexure::text::p_value(0.02345), "p = 0.023");
@@ -154,7 +154,7 @@ pub fn p_value(p: f64) -> String {
     }
 }
 
-/// A share in percent to two digits, without an exponent; near 0 and 1 only that it is.
+/// A share in percent to two digits, without an exponent. Below 0.01 % and between 99 and 100 % only that is said.
 ///
 /// ```
 /// assert_eq!(flexure::text::percent(0.000234), "0.023 %");
@@ -169,7 +169,7 @@ pub fn percent(share: f64) -> String {
     }
 }
 
-/// A fit in percent to so many decimals; one that is far off, to four digits.
+/// A fit in percent to this many decimals. A very bad fit has four digits.
 ///
 /// ```
 /// assert_eq!(flexure::text::fit(96.328, 2), "96.33 %");
@@ -182,7 +182,7 @@ pub fn fit(percent: f64, decimals: usize) -> String {
     }
 }
 
-/// A share near 1 in percent, to as many decimals as show what is missing: 99.4, 99.98.
+/// A share near 1 in percent, with enough decimals to show the difference from 100: 99.4, 99.98.
 ///
 /// ```
 /// assert_eq!(flexure::text::nearly_all(0.99398), "99.4 %");
@@ -198,7 +198,7 @@ pub fn nearly_all(share: f64) -> String {
     format!("{:.decimals$} %", 100.0 * share)
 }
 
-/// A number to so many digits, without an exponent; whole numbers keep all of theirs.
+/// A number to this many digits, without an exponent. Whole numbers keep all their digits.
 fn digits(value: f64, count: i32) -> String {
     let size = value.abs();
     if !(size > 0.0 && size.is_finite()) {
@@ -223,7 +223,7 @@ pub fn with_error(value: f64, error: f64) -> String {
     let size = value.abs().max(error);
     if !(1e-3..1e5).contains(&size) {
         let exponent = size.log10().floor() as i32;
-        // Of the powers of ten up to 300 the quotient is finite.
+        // The quotient is finite for powers of ten up to 300.
         let scale = 10_f64.powi(exponent.clamp(-300, 300));
         return format!("({})e{exponent}", with_error(value / scale, error / scale));
     }
@@ -240,7 +240,7 @@ pub fn with_error(value: f64, error: f64) -> String {
     format!("{:.decimals$} ± {:.decimals$}", rounded(value), rounded(error))
 }
 
-/// The relative error below which nobody reads all digits of a value.
+/// If the relative error is below this, a value would have more digits than anybody reads.
 const NEARLY_EXACT: f64 = 1e-6;
 
 /// The decimal place of an error's second digit: 4 for 0.0012; negative before the point.
@@ -258,7 +258,7 @@ pub fn capitalised(text: &str) -> String {
         .map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// So many of a thing.
+/// A count with its noun.
 ///
 /// ```
 /// assert_eq!(flexure::text::counted(1, "piece"), "1 piece");

@@ -1,13 +1,13 @@
 //! Inner loops with the widest registers that the processor has.
 //!
-//! The crate is compiled for every processor of its kind: on x86-64, for registers of two numbers. What [`widest`]
-//! calls is compiled for wider ones as well (AVX2, and AVX-512 as of Ice Lake), and the processor at hand decides which of
-//! these is taken. The results are the same to the last bit: no operation is contracted or made in another order.
+//! The crate is compiled for every processor of its kind: on x86-64, for registers of two numbers. The code that [`widest`] calls is also
+//! compiled for wider registers (AVX2, and AVX-512 as in Ice Lake), and the processor at run time decides which version is used. The
+//! results are the same to the last bit: no operation is contracted or moved.
 
 use fearless_simd::{Level, dispatch};
 
-/// Calls `work`, compiled for the processor at hand. The closure must be marked `#[inline(always)]`, as must whatever
-/// it calls that is to be compiled so.
+/// Calls `work`, compiled for the present processor. The closure must be marked `#[inline(always)]`. So must every function that it calls
+/// and that is to be compiled in this way.
 #[inline(always)]
 pub(crate) fn widest<R>(work: impl FnOnce() -> R) -> R {
     dispatch!(Level::new(), _ => work())
@@ -17,7 +17,7 @@ pub(crate) fn widest<R>(work: impl FnOnce() -> R) -> R {
 mod tests {
     use super::*;
 
-    /// Sums in lanes, with what could be contracted and what could be made in another order.
+    /// Sums in lanes. Some operations could be contracted, and some could be made in another order.
     #[inline(always)]
     fn sums(x: &[f64]) -> [f64; 4] {
         let mut sums = [0.0; 4];

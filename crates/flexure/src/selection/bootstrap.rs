@@ -205,7 +205,7 @@ pub(super) struct BlockResampling {
     pub seed: u64,
 }
 
-/// Numbers of replicates where none is given: the more samples, the fewer are needed.
+/// The numbers of replicates if none is given. With more samples, fewer are needed.
 const REPLICATES: std::ops::RangeInclusive<usize> = 5..=40;
 const RESAMPLED: usize = 1_000_000;
 
@@ -217,7 +217,7 @@ pub(super) struct InBlocks {
     pub chosen: Bootstrapped,
 }
 
-/// By the moving block bootstrap. The data are checked, and at least 3 of positive
+/// The choice by the moving block bootstrap. The data are checked, and at least 3 of positive
 /// weight.
 pub(super) fn moving_block(
     settings: BlockResampling,
@@ -246,7 +246,7 @@ pub(super) fn moving_block(
     }
     let h = InTime::new(x, y, weights, gap)?.search(kernel, degree).bandwidth;
     let pilot = Pilot::new(kernel, degree, [x, y], weights, h);
-    // In the order of time, about zero; the samples of weight zero have no residual, and are left out.
+    // The residuals in the order of time, with mean zero. Samples of weight zero have no residual and are left out.
     let mut places: Vec<usize> = (0..pilot.order.len()).collect();
     sort::by_key(&mut places, |&i| pilot.order[i] as f64);
     let mean = pilot.residuals.iter().sum::<f64>() / places.len() as f64;
@@ -278,7 +278,7 @@ pub(super) fn moving_block(
     })
 }
 
-/// Residuals in blocks of `length` that start anywhere.
+/// Residuals in blocks of `length` from random places.
 fn resampled(residuals: &[f64], length: usize, seed: u64, replicate: usize) -> impl Iterator<Item = f64> {
     let mut rng = Pcg64::new(seed.into(), replicate as u128);
     let n = residuals.len();

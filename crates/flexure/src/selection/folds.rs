@@ -13,15 +13,15 @@ use crate::parallel;
 
 /// An estimator with one parameter that data can choose.
 pub trait Tunable: Estimator + Clone + Sync {
-    /// What is chosen.
+    /// The type of the parameter that is chosen.
     type Parameter: Copy + std::fmt::Debug + Send + Sync;
 
     /// The estimator with its parameter fixed.
     #[must_use]
     fn with(&self, parameter: Self::Parameter) -> Self;
 
-    /// The values that the estimator itself would try on these data, in order, the first 64 where these are more (every
-    /// one asks for a refit); one value where the estimator has no choice of its own.
+    /// The values that the estimator itself would try on these data, in order. There are at most 64, the first ones, as each needs a refit.
+    /// If the estimator makes no choice of its own, there is one value.
     ///
     /// # Errors
     /// Those of [`Estimator::fit`].
@@ -56,7 +56,7 @@ tunable!(
     RecursiveRegression.bandwidth: f64,
 );
 
-/// The bandwidth; the candidates are the one given, halved and doubled up to three times.
+/// The parameter is the bandwidth. The candidates are the given one, and this one halved and doubled up to three times.
 impl Tunable for KernelRegression {
     type Parameter = f64;
 
@@ -69,8 +69,8 @@ impl Tunable for KernelRegression {
     }
 }
 
-/// Cross-validation over contiguous blocks of time: every block is predicted from the samples outside it that are more
-/// than `gap` samples away from it (Burman, Chow and Nolan 1994; Racine 2000), by a refit.
+/// Cross-validation over contiguous blocks of time. A refit predicts every block from the samples that are more than `gap` samples away
+/// from it (Burman, Chow and Nolan 1994; Racine 2000).
 ///
 /// | parameter | purpose | valid range | default |
 /// |---|---|---|---|
@@ -106,8 +106,7 @@ impl Default for BlockFolds {
 pub struct FoldScore<P> {
     /// The parameter's value.
     pub parameter: P,
-    /// The weighted mean squared error of the predictions, in the squared unit of y; infinite where a refit had too few
-    /// data for this value.
+    /// The weighted mean squared error of the predictions, in the squared unit of y; infinite if a refit had too few data for this value.
     pub error: f64,
     /// The standard error of `error`, from its scatter over the blocks.
     pub standard_error: f64,
@@ -116,9 +115,9 @@ pub struct FoldScore<P> {
 /// The whole search over blocks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FoldSearch<P> {
-    /// The value with the smallest score; of equal ones the first.
+    /// The value with the smallest score. If scores are equal, it is the first.
     pub parameter: P,
-    /// All candidates in the order in which they were given.
+    /// All candidates in the given order.
     pub curve: Vec<FoldScore<P>>,
     /// Whether the best is the first or the last candidate, so that the minimum may lie beyond.
     pub at_edge: bool,
@@ -127,9 +126,9 @@ pub struct FoldSearch<P> {
 }
 
 impl BlockFolds {
-    /// Ten blocks (with fewer samples one for each) and the gap that the first column of `x` and `y`, in the order of time, call for: the first lag at
-    /// which the autocorrelation of the ordinates about an oversmoothed estimate is within its 95 % limits, less one,
-    /// at most a tenth of the samples and at most 200.
+    /// Ten blocks (with fewer samples, one block for each) and a gap from `x` and `y`, in the order of time. The gap is one less than the
+    /// first lag at which the autocorrelation of the ordinates about an oversmoothed estimate is within its 95 % limits. It is at most a
+    /// tenth of the samples and at most 200.
     ///
     /// # Errors
     /// [`Error::Data`]: `LengthMismatch`, `NonFinite`, `TooShort` with fewer than 3 samples.
@@ -158,13 +157,13 @@ impl BlockFolds {
 
     /// Searches among `candidates`; `estimator` makes the estimator for each. The samples are in the order of time.
     ///
-    /// A sample for which the refit predicts nothing is predicted by the mean of the refit's samples. The result does not
-    /// depend on the number of threads.
+    /// If the refit predicts nothing for a sample, the mean of the refit's samples predicts it. The result does not depend on the number of
+    /// threads.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for the number of blocks, for a gap that leaves a refit nothing and without candidates;
-    /// the errors of [`Estimator::fit`], except that a candidate for which some refit has too few data
-    /// ([`Error::Parameter`]: `BeyondData`) is given an infinite score, as long as another one is left.
+    /// [`Error::Parameter`] for the number of blocks, for a gap that leaves no samples for a refit, and without candidates; the errors of
+    /// [`Estimator::fit`]. One of them is an exception: a candidate for which some refit has too few data ([`Error::Parameter`]:
+    /// `BeyondData`) gets an infinite score, as long as another candidate is left.
     pub fn choose<P: Copy + Send + Sync, E: Estimator>(
         &self,
         candidates: &[P],
@@ -223,7 +222,7 @@ impl BlockFolds {
                 "at least 2 and at most the number of samples",
             ));
         }
-        // Also the samples that would only be predicted, so that bad ones are named by their place in the record.
+        // This also checks the samples that are only predicted, so that the error names a bad sample by its place in the record.
         Points::new("block cross-validation", x.len().max(1), x, y, weights)?;
         (0..self.folds)
             .map(|k| {
@@ -255,7 +254,7 @@ impl BlockFolds {
     }
 }
 
-/// One block and what it is predicted from.
+/// One block and the samples that predict it.
 struct Block {
     x: Vec<Vec<f64>>,
     y: Vec<f64>,

@@ -4,8 +4,8 @@ use super::grid::Grid;
 use super::{BandwidthSearch, ScoredParameter};
 use crate::nonlinearity::kernel::{Degree, Kernel, Sorted, for_each_sum};
 
-/// Minimises the mean squared residual over (1 - df/n)^2, where df is the trace of the hat matrix: the sum of
-/// every point's own share K(0) w_i / S_0(X_i) (or the local line's) in its fit.
+/// Minimises the mean squared residual divided by (1 - df/n)^2. df is the trace of the hat matrix: the sum of every point's share in its
+/// own fit, K(0) w_i / S_0(X_i) or that of the local line.
 pub(crate) fn generalized(kernel: Kernel, degree: Degree, data: &Sorted) -> BandwidthSearch {
     Grid::new(&data.x).search(|h| generalized_score(data, kernel, degree, h))
 }
@@ -15,7 +15,7 @@ pub(crate) fn generalized_score(data: &Sorted, kernel: Kernel, degree: Degree, h
     score(data, kernel, degree, h).generalized
 }
 
-/// One bandwidth, exact, in O(n).
+/// The exact score of one bandwidth, in O(n).
 fn score(data: &Sorted, kernel: Kernel, degree: Degree, h: f64) -> ScoredParameter<f64> {
     let (mut squares, mut trace, mut total) = (0.0, 0.0, 0.0);
     for_each_sum(data, kernel, degree, h, &data.x, |i, sums| {

@@ -1,5 +1,5 @@
-//! The bandwidth with the lowest score: a logarithmic grid, as the score may have several minima, then smaller steps around
-//! its best and the lowest point of a parabola.
+//! The bandwidth with the lowest score. The search begins with a logarithmic grid, as the score may have several minima. Smaller steps
+//! around the best and the lowest point of a parabola follow.
 
 use super::search::FLAT;
 use super::{BandwidthSearch, Score};
@@ -9,13 +9,13 @@ use crate::sort;
 
 /// Bandwidths of the logarithmic grid.
 const COARSE: usize = 20;
-/// Steps into which the grid's on either side of the best is divided.
+/// The number of smaller steps into which a step of the grid on either side of the best is divided.
 const STEPS: usize = 3;
-/// The smallest bandwidth tried, as a share of the data's extent, whatever the number of points.
+/// The smallest bandwidth tried, as a share of the data's extent, for any number of points.
 const SMALLEST: f64 = 1e-4;
 /// The shortest length of the bulk of the data, as a share of all.
 const SHORTEST: f64 = 1e-100;
-/// The bandwidths worth trying, by the logarithm of their ratio to the smallest: the unit of x changes nothing.
+/// The bandwidths worth trying, by the logarithm of their ratio to the smallest. So the unit of x does not matter.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Grid {
     /// The smallest bandwidth.
@@ -31,7 +31,7 @@ pub(crate) struct BandwidthScores {
 }
 
 impl Grid {
-    /// For the abscissas `sorted`, of which there is at least one.
+    /// The grid for the abscissas `sorted`. There must be at least one.
     ///
     /// The extent is that of the bulk of the data, so that a few far outliers do not coarsen the grid.
     pub fn new(sorted: &[f64]) -> Self {
@@ -49,7 +49,7 @@ impl Grid {
         bandwidth.min(self.largest).max(self.smallest)
     }
 
-    /// The whole search, all bandwidths of a round in parallel; of equal scores the smoothest wins.
+    /// The whole search. All bandwidths of a round are scored in parallel. If scores are equal, the smoothest estimate is chosen.
     pub fn search(&self, score: impl Fn(f64) -> f64 + Sync) -> BandwidthSearch {
         let interrupt = interrupt::current();
         let score = |h: &f64| match interrupt.is_requested() {
@@ -86,7 +86,7 @@ impl Grid {
         let best = lowest(&curve);
         let inside = 0 < best && best < count - 1;
         let next = &curve[best.clamp(1, count - 2)];
-        // A score that does not depend on the bandwidth (an input of a few levels) has no edge.
+        // If the score does not depend on the bandwidth (an input of a few levels), there is no minimum at the edge.
         let at_edge = !inside && next.error - curve[best].error > FLAT * next.error;
         if inside {
             let part = 1.0 / STEPS as f64;
@@ -100,7 +100,7 @@ impl Grid {
             let [below, here, above] = [best - 1, best, best + 1].map(|i| curve[i].error);
             let bend = below - 2.0 * here + above;
             let shift = 0.5 * (below - above) / bend;
-            // Outside, where the best is next to the grid's neighbour, the steps differ, and it is near enough.
+            // If the best is next to a neighbour on the grid, the steps on its two sides differ, and the best is near enough.
             if shift.abs() <= 1.0 && shift != 0.0 {
                 let place = (curve[best].bandwidth / self.smallest).ln() / step;
                 insert(&mut curve, scores(&[place + part * shift]));
@@ -121,8 +121,8 @@ fn insert(curve: &mut Vec<Score>, scores: Vec<Score>) {
     sort::by_key(curve, |c| c.bandwidth);
 }
 
-/// Twice the length that holds the middle four fifths of the data, but not more than all; 1 for a constant. Never so
-/// short beside all of it that the reciprocals of bandwidths overflow.
+/// Twice the length of the middle four fifths of the data, but not more than the whole range; 1 for a constant. It is never so short in
+/// comparison with the range that the reciprocals of bandwidths overflow.
 pub(crate) fn bulk(sorted: &[f64]) -> f64 {
     let last = sorted.len() - 1;
     let tenth = sorted.len() / 10;
@@ -136,7 +136,7 @@ pub(crate) fn bulk(sorted: &[f64]) -> f64 {
     if extent > 0.0 { extent } else { 1.0 }
 }
 
-/// The index of the lowest score; of equal ones the last, the smoothest.
+/// The index of the lowest score. If scores are equal, it is the last one, the smoothest estimate.
 pub(super) fn lowest(curve: &[Score]) -> usize {
     (0..curve.len())
         .rev()
@@ -190,7 +190,7 @@ mod tests {
         x[99] = 1e6;
         assert!(bulk(&x) < 2.0);
         assert_eq!(bulk(&[3.0; 5]), 1.0);
-        // Ten points of the smallest numbers there are, and one far away.
+        // Ten points at the smallest numbers that exist, and one far away.
         let mut tiny: Vec<f64> = (0..10).map(|i| f64::from(i) * 5e-324).collect();
         tiny.push(1.0);
         assert_eq!(bulk(&tiny), 1e-100);

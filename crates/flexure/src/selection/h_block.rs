@@ -1,12 +1,11 @@
 //! The bandwidth by h-block cross-validation, for samples in the order of time whose errors depend on each other:
 //! point i is predicted from all samples more than `gap` samples away.
 //!
-//! Leave-one-out takes for structure what a point's neighbours in time share with its error, and undersmooths.
+//! The errors of a point and of its neighbours in time have a common part. Leave-one-out takes it for structure and undersmooths.
 //! References: Chu and Marron (1991); Burman, Chow and Nolan (1994); Racine (2000).
 //!
-//! From the window sums, which cost O(1) a point, the 2 gap + 1 samples around the point in time are
-//! subtracted: O(n gap) a bandwidth, exactly. Where the subtraction would lose too many digits, the others are summed
-//! afresh.
+//! The window sums cost O(1) per point. The 2 gap + 1 samples around the point in time are subtracted from them: O(n gap) per bandwidth,
+//! and exact. If the subtraction would lose too many digits, the other samples are summed directly.
 
 use super::BandwidthSearch;
 use super::grid::{Grid, bulk};
@@ -29,7 +28,7 @@ pub(super) struct InTime<'a> {
     at: Vec<f64>,
     time: Vec<usize>,
     x: &'a [f64],
-    /// The ordinates less the mean of the sorted ones.
+    /// The ordinates minus the mean of the sorted ones.
     y: Vec<f64>,
     w: Vec<f64>,
     gap: usize,
@@ -39,8 +38,7 @@ impl<'a> InTime<'a> {
     /// Takes checked samples, at least 3 of them of positive weight.
     ///
     /// # Errors
-    /// [`Error::Data`]: `TooShort` for fewer than 4 samples, [`Error::Parameter`] where `gap` leaves some sample less than 3
-    /// others.
+    /// [`Error::Data`]: `TooShort` for fewer than 4 samples, [`Error::Parameter`] if `gap` leaves fewer than 3 others for some sample.
     pub fn new(x: &'a [f64], y: &[f64], weights: Option<&[f64]>, gap: usize) -> Result<Self> {
         let n = x.len();
         if n < 4 {
@@ -73,8 +71,8 @@ impl<'a> InTime<'a> {
         Grid::new(&self.at).search(|h| self.score(kernel, degree, h))
     }
 
-    /// The score sum_i w_i (Y_i - m_{n,-i}(X_i))^2 / sum_i w_i of one bandwidth. A point without any other in
-    /// reach is predicted by the nearest of the others.
+    /// The score sum_i w_i (Y_i - m_{n,-i}(X_i))^2 / sum_i w_i of one bandwidth. If no other point is in reach, the nearest of the others
+    /// predict the point.
     fn score(&self, kernel: Kernel, degree: Degree, h: f64) -> f64 {
         let (mut error, mut total) = (0.0, 0.0);
         for_each_sum(&self.data, kernel, degree, h, &self.at, |j, sums| {
@@ -99,7 +97,7 @@ impl<'a> InTime<'a> {
 
     fn without_neighbours(&self, sums: Sums, kernel: Kernel, h: f64, t: usize) -> Sums {
         match kernel {
-            // One loop for every kernel, so that the choice is made outside.
+            // Every kernel has its own loop, so that the kernel is chosen outside the loop.
             Kernel::Uniform => self.subtract(sums, |v| Kernel::Uniform.weight(v), h, t),
             Kernel::Triangular => self.subtract(sums, |v| Kernel::Triangular.weight(v), h, t),
             Kernel::Epanechnikov => self.subtract(sums, |v| Kernel::Epanechnikov.weight(v), h, t),
@@ -166,7 +164,7 @@ impl<'a> InTime<'a> {
         let below = first_far(Box::new((0..j).rev())).map_or(f64::INFINITY, |i| q - self.at[i]);
         let above = first_far(Box::new(j + 1..self.at.len())).map_or(f64::INFINITY, |i| self.at[i] - q);
         let distance = below.min(above);
-        // Where only zero weights are far in time the centred mean is all there is.
+        // If only zero weights are far in time, only the centred mean is known.
         if distance == f64::INFINITY {
             return 0.0;
         }
@@ -183,9 +181,8 @@ impl<'a> InTime<'a> {
     }
 }
 
-/// The gap that the data call for: the first lag at which the autocorrelation of the ordinates about an oversmoothed
-/// local line is within its 95 % limits for independent errors, $\pm 1.96/\sqrt n$, less one; at most a tenth of the
-/// samples, and at most 200.
+/// The gap from the data. It is one less than the first lag at which the autocorrelation of the ordinates about an oversmoothed local line
+/// is within its 95 % limits for independent errors, $\pm 1.96/\sqrt n$. It is at most a tenth of the samples, and at most 200.
 ///
 /// `x` and `y` are finite, in the order of time, and of one length.
 pub(crate) fn gap_from_data(x: &[f64], y: &[f64]) -> usize {

@@ -2,8 +2,7 @@
 //!
 //! # The bandwidth of a kernel estimate
 //!
-//! [`choose_bandwidth`] does it by any [`BandwidthRule`]; the score of every candidate is part of the
-//! [`BandwidthChoice`].
+//! [`choose_bandwidth`] chooses it by any [`BandwidthRule`]. The score of every candidate is part of the [`BandwidthChoice`].
 //!
 //! | rule | when | cost for n points and a bandwidth | reference |
 //! |---|---|---|---|
@@ -14,8 +13,8 @@
 //! | [`WildBootstrap`](BandwidthRule::WildBootstrap) | the error at the points themselves, where the noise depends on x | O(n) | Haerdle and Marron (1991) |
 //! | [`BlockBootstrap`](BandwidthRule::BlockBootstrap) | the same, with dependent errors | O(n replicates) | Kuensch (1989) |
 //!
-//! No single bandwidth is right where m has kinks or jumps beside smooth pieces:
-//! [`LocalKernel`](crate::nonlinearity::LocalKernel) has one for every point, by Lepski's rule or by plug-in.
+//! If m has kinks or jumps as well as smooth pieces, no single bandwidth is right. [`LocalKernel`](crate::nonlinearity::LocalKernel) has
+//! one for every point, by Lepski's rule or by plug-in.
 //!
 //! # Any other parameter
 //!

@@ -1,10 +1,9 @@
 //! The direct plug-in bandwidth of Ruppert, Sheather and Wand (1995), $\hat h_{DPI}$, for the local line.
 //!
 //! $$ h = \Bigl(\frac{R(K)}{\mu_2(K)^2} \frac{\sigma^2 (b - a)}{\theta_{22}\, n}\Bigr)^{1/5} $$
-//! minimises the asymptotic error, where theta_22 is the mean of m''^2. Both unknowns are estimated by kernel estimates
-//! of their own, whose bandwidths come from a quartic fitted in blocks; the number of blocks from Mallows' Cp. The
-//! settings, the binning and the order of operations are those of `dpill` in the R package KernSmooth
-//! (Wand and Jones 1995), so that its values are reproduced.
+//! minimises the asymptotic error, where theta_22 is the mean of m''^2. Each of the two unknowns has its own kernel estimate. Its bandwidth
+//! comes from a quartic fitted in blocks, and the number of blocks from Mallows' Cp. The settings, the binning and the order of operations
+//! are those of `dpill` in the R package KernSmooth (Wand and Jones 1995), so its values are reproduced.
 
 use super::BandwidthSearch;
 use super::grid::Grid;
@@ -17,7 +16,7 @@ use crate::text::counted;
 const TRIM: f64 = 0.01;
 /// Points of the binning grid.
 const BINS: usize = 401;
-/// At most this many blocks, each of at least so many points.
+/// The most blocks, and the fewest points of a block.
 const MOST_BLOCKS: usize = 5;
 const BLOCK: usize = 20;
 /// The share of the grid at either end where the second derivative does not count.
@@ -28,7 +27,7 @@ const TAU: f64 = 4.0;
 const FEWEST: usize = 10;
 const DISTINCT: usize = 5;
 
-/// The chosen bandwidth and what it was made of.
+/// The chosen bandwidth and the quantities that determine it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PlugIn {
     /// The bandwidth of the Gaussian kernel.
@@ -38,7 +37,7 @@ pub(crate) struct PlugIn {
     /// The mean square of the second derivative.
     curvature: f64,
     blocks: usize,
-    /// Whether the formula's value lay outside what the data allow.
+    /// Whether the formula's value lay outside the range that the data allow.
     pub at_edge: bool,
 }
 
@@ -47,7 +46,7 @@ impl PlugIn {
         Ok(WithBend::new(data)?.plug_in)
     }
 
-    /// The bandwidth of `kernel` that smooths as much (Marron and Nolan 1988), as a search without scores.
+    /// The bandwidth of `kernel` that smooths equally (Marron and Nolan 1988), as a search without scores.
     pub fn search(&self, kernel: Kernel) -> BandwidthSearch {
         BandwidthSearch {
             bandwidth: self.gaussian * canonical(kernel) / canonical(Kernel::Gaussian),
@@ -112,7 +111,7 @@ impl WithBend {
         let line = (constant * quartic.noise * quartic.noise * range / (curvature * n).powi(2)).powf(1.0 / 9.0);
         let noise = bins.noise(bins.allowed(line), &points);
         let wanted = (noise * range / (2.0 * PI_ROOT * curvature * n)).powf(0.2);
-        // As wide as the widest window of the default kernel.
+        // The limit is as wide as the widest window of the default kernel.
         let scale = canonical(Kernel::Gaussian) / canonical(Kernel::Epanechnikov);
         let gaussian = scale * Grid::new(&data.x).clamp(wanted / scale);
         let plug_in = PlugIn {
@@ -143,7 +142,7 @@ pub(crate) struct Bend {
 }
 
 impl Bend {
-    /// m'' squared at `x`; beyond the grid that at its end.
+    /// m'' squared at `x`. Beyond the grid it is the value at its end.
     pub fn square(&self, x: f64) -> f64 {
         let last = self.second.len() - 1;
         // NaN becomes the first.
@@ -158,7 +157,7 @@ impl Bend {
 /// The square root of pi.
 const PI_ROOT: f64 = 1.772_453_850_905_516;
 
-/// The canonical bandwidth $(R(K) / \mu_2(K)^2)^{1/5}$ (Marron and Nolan 1988): kernels smooth alike at bandwidths in
+/// The canonical bandwidth $(R(K) / \mu_2(K)^2)^{1/5}$ (Marron and Nolan 1988): kernels smooth equally if their bandwidths are in
 /// proportion to it.
 pub(crate) fn canonical(kernel: Kernel) -> f64 {
     let ratio: f64 = match kernel {
@@ -172,7 +171,7 @@ pub(crate) fn canonical(kernel: Kernel) -> f64 {
     ratio.powf(0.2)
 }
 
-/// The sorted points but for the outer ones, with weights of mean one.
+/// The sorted points without the outer ones, with weights of mean one.
 struct Points<'a> {
     x: &'a [f64],
     y: &'a [f64],
@@ -200,7 +199,7 @@ impl<'a> Points<'a> {
     }
 }
 
-/// What the quartic in blocks says.
+/// The estimates from the quartic in blocks.
 struct Quartic {
     blocks: usize,
     /// The variance of the noise.
@@ -232,7 +231,7 @@ fn blocked_quartic(points: &Points) -> Quartic {
         let rest = points.weight - (5 * most) as f64;
         rest * sums[blocks - 1][0] / finest + (10 * blocks) as f64
     };
-    // Without any residual all blocks count.
+    // Without residuals the most blocks are taken.
     let blocks = (1..=most)
         .min_by(|&i, &j| cp(i).total_cmp(&cp(j)))
         .filter(|_| finest > 0.0)
@@ -272,7 +271,7 @@ fn quartic(points: &Points, range: std::ops::Range<usize>) -> [f64; 2] {
     [(squares - explained).max(0.0), curved / half.powi(6)]
 }
 
-/// Solves a symmetric positive system; a direction that the matrix does not determine gets nothing.
+/// Solves a symmetric positive system. The solution has no part in a direction that the matrix does not determine.
 fn solve<const N: usize>(mut a: [[f64; N]; N], mut b: [f64; N]) -> [f64; N] {
     const NONE: f64 = 1e-13;
     let diagonal: [f64; N] = std::array::from_fn(|i| a[i][i]);
@@ -298,7 +297,7 @@ fn solve<const N: usize>(mut a: [[f64; N]; N], mut b: [f64; N]) -> [f64; N] {
     b
 }
 
-/// Linear binning on an even grid: every point is shared by its two neighbours.
+/// Linear binning on an even grid: every point is divided between its two neighbours.
 struct Bins {
     weights: Vec<f64>,
     moments: Vec<f64>,
@@ -329,13 +328,12 @@ impl Bins {
         Bins { weights, moments, step }
     }
 
-    /// A bandwidth that the grid can resolve and that does not exceed the range; NaN (nothing to smooth by) is the
-    /// latter.
+    /// A bandwidth that the grid can resolve and that does not exceed the range. NaN (no bandwidth follows) becomes the range.
     fn allowed(&self, h: f64) -> f64 {
         h.min(self.step * (BINS - 1) as f64).max(self.step)
     }
 
-    /// For every bin the sums of K^p v^k times the weights, k < S, and times the moments, k < T, v in bandwidths.
+    /// For every bin, the sums of K^p v^k times the weights (k < S) and times the moments (k < T). v is in bandwidths.
     fn sums<const S: usize, const T: usize>(&self, h: f64, p: i32) -> Vec<BinSums<S, T>> {
         let reach = (TAU * h / self.step).floor() as usize;
         let table: Vec<[f64; S]> = (0..=2 * reach)
@@ -384,8 +382,7 @@ impl Bins {
         sum / total
     }
 
-    /// The variance of the noise: the residual sum of squares about a local line over its degrees of freedom,
-    /// n - 2 tr S + tr S S'.
+    /// The variance of the noise: the residual sum of squares about a local line divided by its degrees of freedom, n - 2 tr S + tr S S'.
     fn noise(&self, h: f64, points: &Points) -> f64 {
         let squares: f64 = points.y.iter().zip(&points.w).map(|(y, w)| w * y * y).sum();
         let (mut residual, mut freedom) = (squares, points.weight);

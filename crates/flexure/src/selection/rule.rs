@@ -1,4 +1,4 @@
-//! One way to all rules that choose a kernel's bandwidth from the data.
+//! One interface to all rules that choose a kernel's bandwidth from the data.
 
 use super::BandwidthSearch;
 use super::bootstrap::{self, BlockResampling, Bootstrapped, InBlocks};
@@ -18,11 +18,11 @@ pub enum BandwidthRule {
     LeaveOneOut,
     /// Generalised cross-validation (Craven and Wahba 1979).
     Generalized,
-    /// h-block cross-validation for dependent errors, the samples in the order of time: every point is predicted from
-    /// those more than `gap` samples away.
+    /// h-block cross-validation for dependent errors, with the samples in the order of time. Every point is predicted from the samples more
+    /// than `gap` samples away.
     HBlock {
-        /// At most half the number of samples less 2; none: from the autocorrelation, at most a tenth of the samples
-        /// and at most 200 (see [`choose_bandwidth`]).
+        /// At most half the number of samples minus 2. `None`: from the autocorrelation, at most a tenth of the samples and at most 200
+        /// (see [`choose_bandwidth`]).
         gap: Option<usize>,
     },
     /// The direct plug-in rule of Ruppert, Sheather and Wand (1995), made for the local line.
@@ -30,12 +30,12 @@ pub enum BandwidthRule {
     /// The smallest mean integrated squared error that the wild bootstrap predicts (Haerdle and Marron 1991), in closed
     /// form: no random numbers.
     WildBootstrap,
-    /// The same by the moving block bootstrap for dependent errors (Kuensch 1989), the samples in the order of time.
+    /// The same by the moving block bootstrap for dependent errors (Kuensch 1989), with the samples in the order of time.
     BlockBootstrap {
-        /// Residuals in a block, 1 to the number of samples; none: the larger of n^(1/3) and twice the gap that the
-        /// data call for.
+        /// Residuals in a block, 1 to the number of samples. `None`: n^(1/3) or twice the default gap of h-block cross-validation,
+        /// whichever is larger.
         block: Option<usize>,
-        /// Resampled records, at least 1; none: 40, and fewer, down to 5, from 25,000 samples on.
+        /// Resampled records, at least 1. `None`: 40, and from 25,000 samples on fewer, down to 5.
         replicates: Option<usize>,
         /// The seed of the resampling.
         seed: u64,
@@ -78,7 +78,7 @@ impl BandwidthRule {
 /// A bandwidth chosen from the data, and why.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BandwidthChoice {
-    /// The rule, with what it has itself taken from the data filled in.
+    /// The rule. The values that it took from the data are filled in.
     pub rule: BandwidthRule,
     /// The kernel whose bandwidth it is.
     pub kernel: Kernel,
@@ -86,9 +86,9 @@ pub struct BandwidthChoice {
     pub degree: Degree,
     /// The bandwidth and the score of every candidate; the plug-in rule has no scores.
     pub search: BandwidthSearch,
-    /// What the score is: the label of its axis. In the squared unit of y.
+    /// The name of the score, for the label of its axis. The score is in the squared unit of y.
     pub score: &'static str,
-    /// How the choice came about, in a sentence or two.
+    /// An explanation of the choice, in a sentence or two.
     pub details: String,
 }
 
@@ -101,14 +101,12 @@ impl BandwidthChoice {
 
 /// Chooses the bandwidth of `kernel` and the local polynomial of this degree over the points `(x[i], y[i])` by `rule`.
 ///
-/// A point of weight w counts as w points of weight one do; one of weight zero is not there. The plug-in and the
-/// bootstrap rules take the weights to be inversely proportional to the noise's variance, up to a factor of no
-/// consequence. The result does not depend on the number of threads, nor, except for the rules on dependent errors, on
-/// the order of the points.
+/// A point of weight w counts as w points of weight one. A point of weight zero does not count. The plug-in and the bootstrap rules take
+/// the weights as inversely proportional to the noise's variance; the factor does not matter. The result does not depend on the number of
+/// threads, nor, except for the rules on dependent errors, on the order of the points.
 ///
-/// The gap of [`BandwidthRule::HBlock`] is by default the first lag at which the autocorrelation of the ordinates about
-/// an oversmoothed local line (its window a tenth of the data's extent on either side) is within
-/// $\pm 1.96/\sqrt n$, less one.
+/// The default gap of [`BandwidthRule::HBlock`] is one less than the first lag at which the autocorrelation of the ordinates about an
+/// oversmoothed local line is within $\pm 1.96/\sqrt n$. The window of that line is a tenth of the data's extent on either side.
 ///
 /// ```
 /// use flexure::nonlinearity::{Degree, Kernel};
@@ -126,8 +124,8 @@ impl BandwidthChoice {
 /// # Errors
 /// [`crate::Error::Data`]: `LengthMismatch`, `NonFinite`; [`crate::Error::Parameter`] for a negative
 /// weight or a rule's own parameter, and `TooShort` with fewer points of positive weight than the rule
-/// needs: 3, for the plug-in rule 10 and 5 distinct abscissas, and [`crate::Error::Parameter`]: `RuleUnsuited` for the plug-in rule and a
-/// local constant, whose bias has another formula.
+/// needs: 3, for the plug-in rule 10 and 5 distinct abscissas, and [`crate::Error::Parameter`]: `RuleUnsuited` for the plug-in rule with a
+/// local constant: its bias has another formula.
 pub fn choose_bandwidth(
     rule: BandwidthRule,
     kernel: Kernel,
@@ -252,7 +250,7 @@ impl BandwidthProblem<'_> {
         Sorted::new(self.x, self.y, self.weights)
     }
 
-    /// The choice by a rule, whose score has this name.
+    /// The choice by a rule. `score` is the name of its score.
     fn made(
         &self,
         rule: BandwidthRule,

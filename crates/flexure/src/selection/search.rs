@@ -17,13 +17,11 @@ pub enum Criterion {
 pub struct ScoredParameter<P> {
     /// The parameter's value.
     pub parameter: P,
-    /// The trace of the hat matrix, by which the ordinates determine the fitted values.
+    /// The trace of the hat matrix, which maps the ordinates to the fitted values.
     pub degrees_of_freedom: f64,
-    /// The leave-one-out score, in the squared unit of y; infinite where the estimate without some point
-    /// is not determined.
+    /// The leave-one-out score, in the squared unit of y; infinite if the estimate without some point is not determined.
     pub leave_one_out: f64,
-    /// The generalised cross-validation score, in the squared unit of y; infinite with as many degrees of
-    /// freedom as points.
+    /// The generalised cross-validation score, in the squared unit of y; infinite if there are as many degrees of freedom as points.
     pub generalized: f64,
 }
 
@@ -53,30 +51,30 @@ impl<P> ScoredParameter<P> {
     }
 }
 
-/// 1 - h below this: the fit without that point is not determined.
+/// If 1 - h is below this, h being the leverage, the fit without that point is not determined.
 pub(crate) const UNDETERMINED: f64 = 1e-10;
 
-/// Relative difference of two scores that counts as none. Convention, above what rounding does.
+/// Two scores count as equal up to this relative difference. Convention; rounding errors are smaller.
 pub(crate) const FLAT: f64 = 1e-9;
 
 /// Root mean square errors below this share of the ordinates' size are rounding.
 const ROUNDING: f64 = 1e-14;
 
-/// The whole search: its result is part of every fit that used it.
+/// The whole search. Its result is part of every fit that used it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Search<P> {
-    /// The value with the smallest score; of equal ones that with the fewest degrees of freedom.
+    /// The value with the smallest score. If scores are equal, it is the one with the fewest degrees of freedom.
     pub parameter: P,
     /// The score that was minimised.
     pub criterion: Criterion,
     /// All candidates in order of the parameter.
     pub curve: Vec<ScoredParameter<P>>,
-    /// Whether the best candidate is the first or the last one tried where more could have been tried, so
-    /// that the minimum may lie beyond.
+    /// Whether the best candidate is the first or the last one tried and more could have been tried beyond it. The minimum may then lie
+    /// there.
     pub at_edge: bool,
 }
 
-/// Whether values below the first and above the last of a curve would have been possible.
+/// Whether values below the first of a curve, and above its last, would have been possible.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct OpenEnds {
     pub below: bool,
@@ -84,7 +82,7 @@ pub(crate) struct OpenEnds {
 }
 
 impl OpenEnds {
-    /// Where the first value is the smallest there is.
+    /// For a curve whose first value is the smallest possible one.
     pub fn above(above: bool) -> Self {
         OpenEnds { below: false, above }
     }
@@ -94,7 +92,7 @@ impl OpenEnds {
 const REFITTED: usize = 64;
 
 impl<P: Copy> Search<P> {
-    /// The values to try where every one asks for refits: the first ones, as refits of hundreds of terms take too long.
+    /// The values to try if every one needs refits: only the first ones, as refits of hundreds of terms take too long.
     pub(crate) fn for_refits(&self) -> Vec<P> {
         self.curve.iter().take(REFITTED).map(|c| c.parameter).collect()
     }
@@ -117,7 +115,7 @@ impl<P: Copy> Search<P> {
     }
 }
 
-/// The index of the lowest score; of equal ones that with the fewest degrees of freedom.
+/// The index of the lowest score. If scores are equal, it is the one with the fewest degrees of freedom.
 pub(crate) fn lowest<P>(curve: &[ScoredParameter<P>], score: impl Fn(&ScoredParameter<P>) -> f64) -> usize {
     (0..curve.len())
         .min_by(|&i, &j| {

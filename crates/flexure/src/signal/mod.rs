@@ -1,4 +1,4 @@
-//! Excitation signals: seeded, sampled, each by a function that returns its samples.
+//! Excitation signals. They are sampled and have seeds. For each there is a function that returns its samples.
 //!
 //! | function | signal | size |
 //! |---|---|---|
@@ -11,8 +11,8 @@
 //! | [`step`] | zero, then constant | the constant |
 //! | [`zero`] | nothing | |
 //!
-//! Frequencies are in Hz, sample times in s, holds and starts in samples. Every seed gives its own
-//! signal, the same on every machine.
+//! Frequencies are in Hz, sample times in s, holds and starts in samples. Every seed gives its own signal, which is the same on every
+//! machine.
 
 mod periodic;
 mod random;

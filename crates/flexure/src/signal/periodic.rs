@@ -20,8 +20,8 @@ pub enum Phases {
     },
     /// Schroeder's quadratic phases: a low crest factor.
     Schroeder,
-    /// Random phases, then as low a crest factor as clipping and restoring the lines' sizes in turn reaches
-    /// (van der Ouderaa, Schoukens & Renneboog 1988): the most power for a given largest value.
+    /// Random phases, improved towards a low crest factor: the signal is clipped and the lines' sizes are restored, in turn (van der
+    /// Ouderaa, Schoukens & Renneboog 1988). This gives the most power for a given largest value.
     LowCrest {
         /// The seed.
         seed: u64,
@@ -30,7 +30,7 @@ pub enum Phases {
 
 /// Rounds of clipping and restoring.
 const ROUNDS: usize = 150;
-/// The share of the largest value that is clipped at, in the first round and in the last.
+/// The clipping level as a share of the largest value, in the first round and in the last.
 const CLIP: [f64; 2] = [0.7, 0.97];
 
 /// `n` samples of a sum of sines of equal size: all the harmonics of `1 / (n sample_time)` from
@@ -52,7 +52,7 @@ pub fn multisine(
     check_amplitude(amplitude)?;
     check_band(f_min, f_max, sample_time)?;
     let span = n as f64 * sample_time;
-    // The bounds may be harmonics themselves but for rounding.
+    // The bounds may be harmonics themselves, except for rounding.
     let first = (f_min * span * (1.0 - 1e-12)).ceil().max(1.0) as usize;
     // The harmonic at half the sampling frequency cannot have an arbitrary phase.
     let last = ((f_max * span * (1.0 + 1e-12)).floor() as usize).min(n.saturating_sub(1) / 2);
@@ -87,7 +87,7 @@ pub fn multisine(
     Ok(signal)
 }
 
-/// The signal of a spectrum, which is used up.
+/// The signal of a spectrum. The spectrum is overwritten.
 fn in_time(spectrum: &mut [Complex<f64>], n: usize) -> Result<Vec<f64>> {
     let mut signal = vec![0.0; n];
     // The lengths fit by construction, and the lines at 0 and half the sampling frequency are zero.
@@ -132,14 +132,14 @@ fn lower_crest(spectrum: &mut [Complex<f64>], first: usize, last: usize, n: usiz
 /// How a chirp's frequency rises.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Sweep {
-    /// By the same number of Hz a second.
+    /// By the same number of Hz per second.
     #[default]
     Linear,
-    /// By the same factor a second; `f_min` must be positive.
+    /// By the same factor per second; `f_min` must be positive.
     Logarithmic,
 }
 
-/// A sine whose frequency rises from `f_min` to `f_max` over `duration`, and on at the same rate.
+/// A sine whose frequency rises from `f_min` to `f_max` over `duration`, and afterwards goes on at the same rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Chirp {
     amplitude: f64,

@@ -64,7 +64,7 @@ fn check_hold(hold: usize) -> Result<()> {
     Ok(())
 }
 
-/// For the register lengths 2 to 24: the taps, from 1, of a shift register of maximum period.
+/// The taps, counted from 1, of a shift register of maximum period, for the register lengths 2 to 24.
 const TAPS: [&[u32]; 23] = [
     &[2, 1],
     &[3, 2],
@@ -94,9 +94,8 @@ const TAPS: [&[u32]; 23] = [
 /// `n` samples of a pseudo-random binary sequence of the values `amplitude` and `-amplitude`, each
 /// held for `hold` samples.
 ///
-/// The sequence is of maximum length, with the period `(2^order - 1) * hold`; `order` is 2 to 24, or
-/// without it the smallest of these whose period covers `n`. The seed chooses where in the period
-/// the sequence starts.
+/// The sequence is of maximum length, with the period `(2^order - 1) * hold`; `order` is 2 to 24. Without it, the smallest order whose
+/// period covers `n` is taken. The seed chooses the place in the period at which the sequence starts.
 ///
 /// # Errors
 /// [`Error::Parameter`](crate::Error::Parameter) unless the amplitude is finite and

@@ -8,9 +8,8 @@
 //! is \\(0.8\, e^{-1/8}\\) times as long, within factors of 1/3 and 6 (Hairer, Norsett & Wanner,
 //! Solving Ordinary Differential Equations I, section II.10).
 //!
-//! A state is an array, whose dimension is fixed at compile time and which allocates nothing, or a boxed slice. Instants at which a value is
-//! wanted, or at which the input jumps, are landed on exactly; the step size found so far is kept
-//! across them, so that neither costs a new search for it.
+//! A state is an array or a boxed slice. The dimension of an array is fixed at compile time, and it allocates nothing. Steps end exactly at
+//! the instants at which a value is wanted or the input jumps. The step size is kept across them, so neither costs a new search for it.
 
 use std::ops::ControlFlow;
 
@@ -18,7 +17,7 @@ use super::tableau::*;
 use super::tolerances::Tolerances;
 use crate::error::{Error, IntegrationFailure, Result, SimulationError, Stopped};
 
-/// What an integration has cost so far.
+/// The cost of an integration so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Statistics {
     /// Accepted steps.
@@ -31,8 +30,8 @@ pub struct Statistics {
 
 /// Steps between two calls of the watch function.
 const STEPS_PER_CALL: u64 = 1024;
-/// Safety factor (it costs an eighth more steps than the usual 0.9 and more than halves the error),
-/// smallest and largest change of the step size from one step to the next.
+/// The safety factor, and the smallest and largest change of the step size from one step to the next. The factor costs an eighth more steps
+/// than the usual 0.9 and more than halves the error.
 const SAFETY: f64 = 0.8;
 const SHRINK: f64 = 1.0 / 3.0;
 const GROW: f64 = 6.0;
@@ -41,7 +40,7 @@ const GROW: f64 = 6.0;
 const STABILITY: f64 = 6.1;
 const STIFF_STEPS: u32 = 15;
 
-/// What holds the components of a state.
+/// A vector of the components of a state.
 pub trait StateVector: Clone {
     /// The components.
     fn components(&self) -> &[f64];
@@ -49,7 +48,7 @@ pub trait StateVector: Clone {
     /// The components, to write to.
     fn components_mut(&mut self) -> &mut [f64];
 
-    /// Zero, of this dimension.
+    /// The zero vector of this dimension.
     #[must_use]
     fn zero(&self) -> Self;
 }
@@ -85,10 +84,10 @@ impl StateVector for Box<[f64]> {
     }
 }
 
-/// The speed beyond which a joint runs away, rad/s or m/s: ten times that of the fastest spindles.
+/// The speed beyond which a joint runs away, rad/s or m/s: ten times the speed of the fastest spindles.
 const FASTEST: f64 = 1e5;
 
-/// An initial-value problem on its way: the time, the state, and the step size found so far.
+/// An initial-value problem under way: the time, the state, and the step size found so far.
 #[derive(Debug, Clone)]
 pub struct Dop853<X> {
     tolerances: Tolerances,
@@ -96,12 +95,12 @@ pub struct Dop853<X> {
     x: X,
     /// The derivative at `(t, x)`, if the right-hand side has not changed since.
     slope: Option<X>,
-    /// The step size to try next; none before the first step.
+    /// The step size to try next; `None` before the first step.
     step: Option<f64>,
     statistics: Statistics,
     /// Successive steps at the boundary of the stability region.
     stiff_steps: u32,
-    /// The first component that is a speed; the number of components where none is.
+    /// The first component that is a speed; the number of components if none is.
     first_speed: usize,
 }
 
@@ -131,8 +130,8 @@ impl<X: StateVector> Dop853<X> {
         })
     }
 
-    /// Says that the components from `first` on are speeds. A motion that runs away would take ever more steps; it ends at
-    /// 1e5 rad/s or m/s.
+    /// Declares the components from `first` on as speeds. A motion that runs away would take more and more steps. It ends at 1e5 rad/s or
+    /// m/s.
     #[must_use]
     pub fn with_speeds_from(self, first: usize) -> Self {
         Dop853 {
@@ -156,7 +155,7 @@ impl<X: StateVector> Dop853<X> {
         self.statistics
     }
 
-    /// Says that the right-hand side jumps at the present time: the next step starts afresh there.
+    /// Declares that the right-hand side jumps at the present time. The next step then evaluates it anew.
     pub fn restart(&mut self) {
         self.slope = None;
     }
@@ -205,7 +204,7 @@ impl<X: StateVector> Dop853<X> {
                 }
                 let limit = if rejected { 1.0 } else { GROW };
                 let next = h * (SAFETY * error.powf(-0.125)).clamp(SHRINK, limit);
-                // A step cut far short to land on `t_end` says little about the best step size.
+                // A step that was made much shorter to end at `t_end` says little about the best step size.
                 self.step = Some(if h < 0.5 * preferred { preferred } else { next });
                 rejected = false;
                 if self.statistics.accepted.is_multiple_of(STEPS_PER_CALL) && watch(self.t).is_break() {
@@ -233,7 +232,7 @@ impl<X: StateVector> Dop853<X> {
         Error::Simulation(SimulationError { time: self.t, reason })
     }
 
-    /// Refuses a step beyond the permitted number.
+    /// Returns an error if another step would exceed the permitted number.
     fn count_step(&self) -> Result<()> {
         let limit = self.tolerances.max_steps;
         if self.statistics.accepted + self.statistics.rejected < limit {
@@ -243,7 +242,7 @@ impl<X: StateVector> Dop853<X> {
         Err(self.failure(IntegrationFailure::TooManySteps { limit, stiff }))
     }
 
-    /// Refuses more instants than there are steps: each takes one at least.
+    /// Refuses more instants than the permitted number of steps, as each takes at least one step.
     pub(super) fn check_instants(&self, instants: usize) -> Result<()> {
         let limit = self.tolerances.max_steps;
         let needed = (instants as u64).saturating_sub(1);
@@ -266,7 +265,7 @@ impl<X: StateVector> Dop853<X> {
         Ok(slope)
     }
 
-    /// The size of `v` against the tolerances at the present state, root mean square.
+    /// The root mean square of `v` in units of the tolerances at the present state.
     fn norm(&self, v: &X) -> f64 {
         let (mut sum, v) = (0.0, v.components());
         for (v, x) in v.iter().zip(self.x.components()) {
@@ -297,7 +296,7 @@ impl<X: StateVector> Dop853<X> {
         (100.0 * euler).min(second)
     }
 
-    /// The error of a step against the tolerances; NaN where the step left the finite numbers.
+    /// The error of a step in units of the tolerances. NaN if the step left the finite numbers.
     fn error(&self, trial: &Trial<X>, h: f64) -> f64 {
         let (mut fifth, mut third) = (0.0, 0.0);
         let (x, x_new) = (self.x.components(), trial.x.components());
@@ -315,7 +314,7 @@ impl<X: StateVector> Dop853<X> {
         h * fifth / (x.len() as f64 * denominator).sqrt()
     }
 
-    /// Counts steps whose size is dictated by stability rather than by accuracy.
+    /// Counts steps whose size is limited by stability and not by accuracy.
     fn judge_stiffness(&mut self, trial: &Trial<X>, slope_new: &X, h: f64) {
         let (mut rise, mut run) = (0.0, 0.0);
         let (last_slope, last_x) = (trial.last_slope.components(), trial.last_x.components());
@@ -333,7 +332,7 @@ impl<X: StateVector> Dop853<X> {
     }
 }
 
-/// The step to take when `preferred` is wanted and `remaining` is left.
+/// The step to take if `preferred` is wanted and `remaining` is left.
 ///
 /// The last two steps are equal, so that none is tiny.
 fn fit(preferred: f64, remaining: f64) -> f64 {
@@ -351,7 +350,7 @@ struct Trial<X> {
     x: X,
     error5: X,
     error3: X,
-    /// The last stage's argument and slope, for the judgement of stiffness.
+    /// The last stage's argument and slope, for the test of stiffness.
     last_x: X,
     last_slope: X,
 }

@@ -1,4 +1,4 @@
-//! Plants run from one sample instant to the next.
+//! The simulation of plants from one sample instant to the next.
 
 use std::ops::ControlFlow;
 
@@ -29,7 +29,7 @@ impl Sampling {
         if !(duration > 0.0 && duration.is_finite()) {
             return Err(invalid("duration", duration, "positive and finite (in s)"));
         }
-        // The quotient of two decimal numbers may fall just short of the whole number it stands for.
+        // The quotient of two decimal numbers may lie just below the whole number that is meant.
         let steps = (duration / sample_time * (1.0 + 1e-12)).floor();
         if steps < 1.0 {
             return Err(invalid("duration", duration, "at least one sample time (in s)"));
@@ -57,7 +57,7 @@ impl Sampling {
         self.rows
     }
 
-    /// Instant `k`, s: `k` times the sample time, so that rounding does not add up.
+    /// Instant `k`, s. It is `k` times the sample time, so that rounding does not add up.
     pub fn instant(&self, k: usize) -> f64 {
         k as f64 * self.sample_time
     }
@@ -65,9 +65,8 @@ impl Sampling {
 
 /// Runs `x' = plant(x, u)` with the input `input(k, x)` held from instant `k` to instant `k + 1`.
 ///
-/// `row(k, x, u)` sees every instant's state and the input held from it on; the integration starts
-/// afresh wherever the input jumps. `watch` is called with the time at every instant (and within
-/// long intervals); `Break` stops.
+/// `row(k, x, u)` gets the state at every instant and the input that is held from then on. The integration restarts where the input jumps.
+/// `watch` is called with the time at every instant (and within long intervals); `Break` stops.
 ///
 /// # Errors
 /// Those of [`Dop853::advance`]; [`Error::Parameter`] for more instants than `max_steps` can reach.
@@ -102,7 +101,7 @@ where
 
 /// Runs `x' = plant(t, x)`, where `plant` is continuous in time.
 ///
-/// `row(k, x)` sees every instant's state; `watch` as in [`run_held`].
+/// `row(k, x)` gets the state at every instant. `watch` is as in [`run_held`].
 ///
 /// # Errors
 /// Those of [`Dop853::advance`]; [`Error::Parameter`] for more instants than `max_steps` can reach.

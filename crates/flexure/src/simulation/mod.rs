@@ -3,7 +3,7 @@
 //! | item | what |
 //! |---|---|
 //! | [`Dop853`] | an initial-value problem, integrated by the Dormand-Prince method of order 8 |
-//! | [`STAGES`], [`SOLUTION`] | the weights of that method, for who writes it in another language |
+//! | [`STAGES`], [`SOLUTION`] | the weights of that method, for an implementation in another language |
 //! | [`Sampling`] | the uniform instants of a record |
 //! | [`run_held`] | a plant whose input is held from each instant to the next (zero-order hold) |
 //! | [`run_continuous`] | a plant whose input is a continuous function of time |

@@ -90,7 +90,7 @@ pub(super) const E5_10: f64 = 0.3341791187130175;
 pub(super) const E5_11: f64 = 0.08192320648511571;
 pub(super) const E5_12: f64 = -0.022355307863886294;
 
-/// The weights of the slopes before it, for each of the 12 stages; the first has none.
+/// For each of the 12 stages, the weights of the slopes before it. The first stage has none.
 #[rustfmt::skip]
 pub const STAGES: [[f64; 11]; 12] = [
     [0.0; 11],

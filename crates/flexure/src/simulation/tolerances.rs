@@ -1,8 +1,8 @@
-//! How accurate an integration is to be, and how long it may take.
+//! The required accuracy of an integration, and the limit on its length.
 
 use crate::error::{Error, Result};
 
-/// The accuracy asked of an integration.
+/// The required accuracy of an integration.
 ///
 /// | field | default | range |
 /// |---|---|---|

@@ -16,7 +16,7 @@ impl LogSlope {
     };
 }
 
-/// The logarithms of n and of the rms error, and the weight of the latter.
+/// The logarithms of n and of the rms error, and the weight of the rms error.
 struct LogPoint {
     n: f64,
     rms: f64,
@@ -26,7 +26,7 @@ struct LogPoint {
 /// The slope of log rms over log n.
 ///
 /// Weighted least squares: the Monte Carlo standard error of a mean squared error is known, and that of
-/// its logarithm follows. The slope's standard error is the one that these imply. `None` with fewer than
+/// its logarithm follows. The slope's standard error follows from these errors. `None` with fewer than
 /// two usable points.
 pub(super) fn slope(points: &[RatePoint]) -> Option<LogSlope> {
     let usable: Vec<LogPoint> = points

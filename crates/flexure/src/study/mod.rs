@@ -1,9 +1,9 @@
 //! Experiments on the algorithms themselves.
 //!
-//! [`rates`] measures how fast the plain estimator converges and puts that beside Theorems 1 and 2; [`estimators`]
-//! does so for every estimator of a static nonlinearity, beside the theory of each; [`refined`] for the refined identification.
+//! [`rates`] measures how fast the plain estimator converges and compares this with Theorems 1 and 2. [`estimators`] compares every
+//! estimator of a static nonlinearity with its theory. [`refined`] does the same for the refined identification.
 //!
-//! A [`Study`] is any list of [`Experiment`]s; a [`Checkpoint`] of it can be saved and resumed.
+//! A [`Study`] is a list of [`Experiment`]s. Its [`Checkpoint`] can be saved and resumed.
 
 pub mod estimators;
 mod fit;

@@ -9,19 +9,19 @@ use super::table::{RatePoint, RateResult, RateTable};
 use crate::error::{Error, Result, Stopped};
 use crate::parallel;
 
-/// The fewest runs that give a standard error worth the name.
+/// The fewest runs that give a usable standard error.
 pub const FEWEST_RUNS: usize = 20;
-/// The most runs: with more, the standard error is below the rates' own curvature.
+/// The most runs. With more, the standard error would be smaller than the effect of the rates' curvature.
 pub const MOST_RUNS: usize = 100_000;
 /// The smallest number of samples.
 pub const SHORTEST: usize = 10;
 /// The largest number of samples: every core holds a few signals of this length, 80 MB each.
 pub const LONGEST: usize = 10_000_000;
 
-/// The mean squared error of one estimate, from so many samples drawn by this seed; `None` where there is no estimate.
+/// The mean squared error of one estimate, from the number of samples and the seed. `None` if there is no estimate.
 pub type OneRun<'a> = Box<dyn Fn(usize, u64) -> Result<Option<f64>> + Sync + 'a>;
 
-/// What a study measures: an estimator's error over the number of samples.
+/// An experiment that a study measures: an estimator's error over the number of samples.
 pub trait Experiment {
     /// A name of one line.
     fn name(&self) -> String;
@@ -38,7 +38,7 @@ pub trait Experiment {
     /// [`Error::Parameter`] for a value outside its range.
     fn check(&self) -> Result<()>;
 
-    /// One run of the experiment; what does not change from run to run is prepared once.
+    /// One run of the experiment. Everything that does not change from run to run is prepared once.
     fn prepared(&self) -> OneRun<'_>;
 }
 
@@ -63,10 +63,10 @@ pub struct Study<S> {
 }
 
 impl<S: Experiment + Clone + Sync> Study<S> {
-    /// Runs the whole study. `progress` is called now and then with the samples drawn so far and in all, and stops the
-    /// study by returning [`ControlFlow::Break`]; see [`Checkpoint`] for one that can be resumed.
+    /// Runs the whole study. `progress` is called now and then with the number of samples drawn so far and of all samples. The study stops
+    /// if it returns [`ControlFlow::Break`]. A [`Checkpoint`] can be resumed.
     ///
-    /// The result depends on the study alone, not on the number of threads.
+    /// The result depends only on the study, not on the number of threads.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a study outside the valid ranges, [`Error::Stopped`] if `progress` stopped it, and
@@ -112,13 +112,13 @@ impl<S: Experiment + Clone + Sync> Study<S> {
         n.saturating_mul(self.runs)
     }
 
-    /// The runs between two calls of the progress; the slower ones take about a second.
+    /// The number of runs between two calls of `progress`. Slow runs take about a second together.
     fn batch(&self, n: usize) -> usize {
         (4_000_000 / n).clamp(1, self.runs)
     }
 }
 
-/// One seed for each setting, n and run, whatever else the study contains.
+/// One seed for each setting, n and run. It does not depend on the rest of the study.
 fn seed_of(seed: u64, setting: usize, n: usize, run: usize) -> u64 {
     [setting, n, run]
         .iter()
@@ -133,7 +133,7 @@ fn mix(v: u64) -> u64 {
     v ^ (v >> 31)
 }
 
-/// A study with what it has measured so far. A study that was stopped goes on from a saved checkpoint.
+/// A study with its measurements so far. A stopped study can go on from a saved checkpoint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint<S> {
     study: Study<S>,
@@ -142,7 +142,7 @@ pub struct Checkpoint<S> {
 }
 
 impl<S: Experiment + Clone + Sync> Checkpoint<S> {
-    /// A study of which nothing has been measured.
+    /// A study without measurements yet.
     pub fn new(study: Study<S>) -> Self {
         Checkpoint {
             study,
@@ -155,19 +155,19 @@ impl<S: Experiment + Clone + Sync> Checkpoint<S> {
         &self.study
     }
 
-    /// The samples drawn for what has been measured.
+    /// The number of samples drawn for the measurements so far.
     pub fn spent(&self) -> usize {
         let lengths = self.done.values().flat_map(|d| d.keys());
         lengths.map(|&n| self.study.cost(n)).sum()
     }
 
-    /// Measures what is missing. As [`Study::run`], but what was measured before a stop is kept in `self`.
+    /// Measures all that is missing, as [`Study::run`] does. After a stop, `self` keeps the measurements made before it.
     ///
     /// # Errors
     /// Those of [`Study::run`].
     pub fn run(&mut self, progress: &mut dyn FnMut(usize, usize) -> ControlFlow<()>) -> Result<RateTable<S>> {
         while self.step(progress)? {}
-        // The last call only informs; nothing remains to be stopped.
+        // The last call only informs: nothing is left to stop.
         let _ = progress(self.spent(), self.total());
         Ok(self.table())
     }
@@ -178,10 +178,11 @@ impl<S: Experiment + Clone + Sync> Checkpoint<S> {
         each.saturating_mul(self.study.settings.len())
     }
 
-    /// Measures the next missing error, of one setting at one n; false if none is missing. A checkpoint can be saved between two steps.
+    /// Measures the next missing error, of one setting at one n. Returns false if none is missing. A checkpoint can be saved between two
+    /// steps.
     ///
     /// # Errors
-    /// Those of [`Study::run`]; what this step had measured before a stop is lost.
+    /// Those of [`Study::run`]; the measurements of this step before a stop are lost.
     pub fn step(&mut self, progress: &mut dyn FnMut(usize, usize) -> ControlFlow<()>) -> Result<bool> {
         self.study.check()?;
         let study = &self.study;
@@ -209,7 +210,7 @@ impl<S: Experiment + Clone + Sync> Checkpoint<S> {
         Ok(true)
     }
 
-    /// What has been measured so far.
+    /// The measurements so far.
     pub fn table(&self) -> RateTable<S> {
         let settings = &self.study.settings;
         let result = |(s, setting): (usize, &S)| {

@@ -7,30 +7,30 @@
 //!
 //! # Which error
 //!
-//! The theorems bound the error at (almost) every point from above, over a whole class of functions. A function or a point that is
-//! better than the class shows a faster rate. So the error is measured where the class is at its worst:
+//! The theorems bound the error at (almost) every point from above, over a whole class of functions. A function or a point that is better
+//! than the class shows a faster rate. So the error is measured at the worst case of the class:
 //!
 //! - p = 1/2: at the cusp of |x|^(1/2), where the bias is exactly of order h^(1/2);
 //! - p = 1: at the kink of |x|, where it is exactly of order h. In L2 a kink is harmless: the bias is of order h
 //!   only on an interval of width h, so that its L2 norm is h^(3/2);
 //! - smooth: at a point of non-zero curvature, the top of cos x, where it is of order h^2.
 //!
-//! The variance is of order 1/(n h) at every point, and the bandwidth's constant is the one that makes the
-//! root mean square error smallest ([`Setting::at_worst_point`]); it follows from the setting, it is not fitted. Both
-//! theorems are about convergence in probability; the root mean square over runs is of the same order here.
+//! The variance is of order 1/(n h) at every point. The bandwidth's constant minimises the root mean square error
+//! ([`Setting::at_worst_point`]). It follows from the setting and is not fitted. Both theorems are about convergence in probability; the
+//! root mean square over runs is of the same order here.
 //!
 //! # Correlated observations
 //!
 //! In the Hammerstein system the memory sum_{j>=1} k_j W_{n-j} acts as noise that is correlated from sample to
 //! sample. To the variance of order 1/(n h) the correlation adds
-//! ((sum k_j)^2 - sum k_j^2) Var(W) / n, j >= 1: a share of order h, which vanishes, but for smooth m only as
-//! n^(-1/5). It changes a slope measured at n = 1e3 to 1e5 by some hundredths. The settings at a worst point therefore
-//! use a linear part with a strongly correlated memory in which those two sums nearly balance,
-//! 1 / (1 - 1.1 z^-1 + 0.56 z^-2); any other one has the same exponents, but only at larger n.
+//! ((sum k_j)^2 - sum k_j^2) Var(W) / n, j >= 1: a share of order h. It vanishes, but for smooth m only as n^(-1/5). It changes a slope
+//! measured at n = 1e3 to 1e5 by some hundredths. The settings at a worst point therefore use a linear part with a strongly correlated
+//! memory in which those two sums nearly balance, 1 / (1 - 1.1 z^-1 + 0.56 z^-2); any other linear part has the same exponents, but only at
+//! larger n.
 //!
 //! # The seven nonlinearities
 //!
-//! For those the error is the L2 norm over the inside of a uniform input's range
+//! For these the error is the L2 norm over the inside of a uniform input's range
 //! ([`Setting::over_the_interior`]):
 //!
 //! - cubic, x^2 + 0.2 x, soft wind-up and friction are smooth: -2/5;

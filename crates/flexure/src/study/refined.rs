@@ -1,15 +1,15 @@
-//! The refined identification's error over n, beside the plain estimator's.
+//! The error of the refined identification over n, in comparison with the plain estimator.
 //!
-//! Theorems 1 and 2 are about the plain estimate, which knows nothing of the nonlinearity's shape and treats the linear
-//! part's memory as noise. [`RefinedHammerstein`] removes the memory and fits cubic pieces, with jumps and kinks
-//! where the data show them. Theory says of such a fit:
+//! Theorems 1 and 2 are about the plain estimate. It knows nothing about the nonlinearity's shape and treats the linear part's memory as
+//! noise. [`RefinedHammerstein`] removes the memory and fits cubic pieces, with jumps and kinks where the data show them. Theory says about
+//! such a fit:
 //!
-//! - dead zone, hard limiter, quantizer, cubic and x^2 + 0.2 x are cubic pieces. Once the pieces are found there are only finitely
-//!   many parameters, and a jump's place is found to the order 1/n (Chan 1993, for threshold models), which costs the L2 error n^(-1/2):
-//!   -1/2, and faster before that, while more samples still find more of the pieces;
+//! - dead zone, hard limiter, quantizer, cubic and x^2 + 0.2 x are cubic pieces. Once the pieces are found there are only finitely many
+//!   parameters. The place of a jump is found to the order 1/n (Chan 1993, for threshold models), which adds an L2 error of order n^(-1/2).
+//!   So the rate is -1/2, and faster before, while more samples still find more of the pieces;
 //! - soft wind-up and friction are smooth, with pieces for an approximation: with the best number of pieces, least squares on cubic
-//!   splines have an error of order n^(-4/9) over the functions with four derivatives (Stone 1982). These two are analytic, so
-//!   that it may fall faster.
+//!   splines have an error of order n^(-4/9) over the functions with four derivatives (Stone 1982). These two are analytic, so it may fall
+//!   faster.
 //!
 //! Both exponents are bounds.
 //!
@@ -50,7 +50,7 @@ pub struct RefinedSetting {
 pub type RefinedStudy = Study<RefinedSetting>;
 
 impl RefinedStudy {
-    /// The smallest number of samples of which a fit keeps the 100 that it needs, beside the fresh quarter.
+    /// The smallest number of samples. Without the fresh quarter, the 100 samples that a fit needs remain.
     pub const SHORTEST: usize = 134;
 
     /// The seven nonlinearities up to 16,000 samples: some ten seconds on two cores.

@@ -16,7 +16,7 @@ pub(super) struct Sampler<'a> {
     setting: &'a Setting,
     /// Gain and offset of phi in m, (16).
     truth: OfTarget,
-    /// Samples before the record starts, for the linear part to reach its stationary regime.
+    /// Samples before the record starts, so that the linear part reaches its stationary regime.
     before: usize,
     grid: Vec<f64>,
 }

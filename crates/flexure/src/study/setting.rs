@@ -1,4 +1,4 @@
-//! What is estimated, from which data, with which bandwidth, and which rate theory promises.
+//! A setting: the estimated function, the data, the bandwidth, and the rate from theory.
 
 use serde::{Deserialize, Serialize};
 
@@ -71,7 +71,7 @@ impl Input {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Target {
-    /// |x|^(1/2): Lipschitz of order 1/2, and of no higher one at 0.
+    /// |x|^(1/2): Lipschitz of order 1/2, and at 0 of no higher order.
     Cusp,
     /// |x|: Lipschitz of order 1.
     Kink,
@@ -102,7 +102,7 @@ impl Target {
     }
 }
 
-/// How the output comes about.
+/// The source of the output.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DataSource {
@@ -195,9 +195,8 @@ impl Setting {
     /// The error at 0 of the cusp, the kink or the cosine: the worst point of a class.
     ///
     /// With phi(x) = phi(0) + B' |x|^p near 0 the estimate's bias at 0 is B h^p, B = B' int |u|^p K / int K, and its
-    /// variance V/(n h), V = Var(Y | X = 0) int K^2 / f(0): the sum of squares is least for
-    /// h = (V / (2 p B^2 n))^(1/(2p+1)), which is the rule used here, and is then of the order
-    /// n^(-2p/(2p+1)). The cosine is p = 2 in this.
+    /// variance V/(n h), V = Var(Y | X = 0) int K^2 / f(0): the mean squared error is smallest for h = (V / (2 p B^2 n))^(1/(2p+1)), which
+    /// is the rule used here. It is then of the order n^(-2p/(2p+1)). The cosine has p = 2.
     pub fn at_worst_point(target: Target, input: Input, data: DataSource) -> Setting {
         let (order, slope) = match target {
             Target::Cusp => (0.5, 1.0),
@@ -237,7 +236,7 @@ impl Setting {
             KnownNonlinearity::HardLimiter | KnownNonlinearity::Quantizer => (2.0, -0.5, -0.25, true),
             KnownNonlinearity::DeadZone => (3.0, -1.0 / 3.0, -1.0 / 3.0, false),
             KnownNonlinearity::Cubic | KnownNonlinearity::Parabola => (1.0, -0.2, -0.4, true),
-            // Their dip and their step are narrow: the window has to be narrower still.
+            // Their dip and their step are narrow, and the window must be narrower.
             KnownNonlinearity::SoftWindup => (0.4, -0.2, -0.4, true),
             KnownNonlinearity::Friction => (0.3, -0.2, -0.4, true),
         };

@@ -9,11 +9,11 @@ use super::plan::Experiment;
 use super::setting::Setting;
 use crate::distributions::normal_quantile;
 
-/// The level of a setting's interval, and of all verdicts of a table together.
+/// The level of a setting's interval, and the joint level of all verdicts of a table.
 pub const LEVEL: f64 = 0.95;
 
-/// A slope may differ from the exponent by this much in addition to chance. At finite n terms of higher order (of relative size h,
-/// h^2 and 1/(n h)) bend the line, and the intervals of L2 errors are narrow enough to show it.
+/// A slope may differ from the exponent by this much, in addition to the effect of chance. At finite n terms of higher order (of relative
+/// size h, h^2 and 1/(n h)) bend the line, and the intervals of L2 errors are narrow enough to show it.
 pub const FINITE_SAMPLES: f64 = 0.01;
 
 /// The error at one number of samples.
@@ -27,12 +27,12 @@ pub struct RatePoint {
     pub standard_error: f64,
     /// The runs that gave an estimate.
     pub runs: usize,
-    /// The runs that did not: somewhere there were no data within reach.
+    /// The runs that gave no estimate: at some point no data were within reach.
     pub missing: usize,
 }
 
 impl RatePoint {
-    /// From the runs' mean squared errors.
+    /// The point from the runs' mean squared errors.
     pub(super) fn new(n: usize, squared: &[Option<f64>]) -> Self {
         let known: Vec<f64> = squared.iter().flatten().copied().collect();
         let runs = known.len() as f64;
@@ -49,7 +49,7 @@ impl RatePoint {
     }
 }
 
-/// One setting's errors, and their slope beside the theorem's.
+/// One setting's errors, and the comparison of their slope with the theorem's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RateResult<S = Setting> {
     /// The setting.
@@ -60,10 +60,10 @@ pub struct RateResult<S = Setting> {
     pub slope: f64,
     /// The slope's 95 % interval.
     pub interval: [f64; 2],
-    /// The interval at the level at which those of all settings hold together with 95 %.
+    /// The interval at a higher level: with it, the intervals of all settings hold together with 95 %.
     pub joint_interval: [f64; 2],
-    /// Whether theory and measurement agree: the theorem's exponent lies within [`FINITE_SAMPLES`] of the joint
-    /// interval; an exponent that is only a bound may also lie above it.
+    /// Whether theory and measurement agree: the theorem's exponent lies within [`FINITE_SAMPLES`] of the joint interval. If the exponent
+    /// is only a bound, it may also lie above the interval.
     pub agrees: bool,
 }
 
@@ -102,14 +102,14 @@ pub struct RateTable<S = Setting> {
 }
 
 impl<S> RateTable<S> {
-    /// Whether every setting agrees with theory; at 95 %, for all of them together.
+    /// Whether every setting agrees with theory, at 95 % for all settings together.
     pub fn agrees(&self) -> bool {
         self.results.iter().all(|r| r.agrees)
     }
 }
 
 impl<S: Experiment> fmt::Display for RateTable<S> {
-    /// A line a setting: slope, 95 % interval, theorem's exponent, verdict, errors at the ends.
+    /// One line for each setting: slope, 95 % interval, theorem's exponent, verdict, errors at the ends.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let names: Vec<String> = self.results.iter().map(|r| r.setting.name()).collect();
         let width = names.iter().map(String::len).max().unwrap_or(0).max("setting".len());

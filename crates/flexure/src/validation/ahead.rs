@@ -2,14 +2,14 @@
 //!
 //! With $y = G u + v$ and $R(z) v = e$ white, the best prediction k samples ahead is
 //! $$ \hat y_{t|t-k} = (G u)_t + \bigl[1 - F_k(z) R(z)\bigr] v_t, $$
-//! where $F_k$ is the first k terms of $1/R$: what e did since then cannot be known.
+//! where $F_k$ is the first k terms of $1/R$: the e since then cannot be known.
 
 use crate::error::{Error, Result};
 
-/// Predicts the output `horizon` samples ahead: the free-run simulation, and what the autoregression `whitening` = 1, r_1, r_2, ...
-/// of the simulation's error expects of that error, which was last seen `horizon` samples ago.
+/// Predicts the output `horizon` samples ahead. The prediction is the free-run simulation plus the expected error of that simulation. The
+/// autoregression `whitening` = 1, r_1, r_2, ... gives this expectation from the errors up to `horizon` samples ago.
 ///
-/// Before the record the error counts as zero. An error that is white (`whitening` 1 alone, or empty) has no expectation: then the
+/// Before the record the error counts as zero. If the error is white (`whitening` is only 1, or empty), its expectation is zero. Then the
 /// prediction is the simulation at every horizon.
 ///
 /// # Errors
@@ -73,7 +73,7 @@ mod tests {
 
     use super::*;
 
-    /// The autoregression run on from what is known, one step after the other.
+    /// Continues the known values by the autoregression, one step after the other.
     fn forecast(v: &[f64], r: &[f64], steps: usize) -> f64 {
         let mut known = v.to_vec();
         for _ in 0..steps {

@@ -1,27 +1,27 @@
-//! Which of two models predicts better: a paired test on the same fresh samples.
+//! A paired test on the same fresh samples: which of two models predicts better?
 //!
 //! With $d_n = e_{1,n}^2 - e_{2,n}^2$, the statistic $\bar d / \sqrt{V/n}$ is asymptotically standard normal when both models
-//! predict equally well (Diebold & Mariano 1995). Their V is the long-run variance of $d_n$, here by Newey & West's (1987)
-//! triangular window, as errors that follow one another are alike. The models may be nested: they are fixed here, as in Giacomini
-//! & White (2006), not estimated from these samples.
+//! predict equally well (Diebold & Mariano 1995). Their V is the long-run variance of $d_n$, because successive errors are similar. Here
+//! Newey & West's (1987) triangular window gives it. The models may be nested: they are fixed here, as in Giacomini & White (2006), and not
+//! estimated from these samples.
 
 use crate::distributions::normal_above;
 use crate::error::{Error, Result};
 use crate::linear::correlation::{cross_covariance, mean};
 
-/// The fewest samples that the asymptotic distribution is used for.
+/// The fewest samples for which the asymptotic distribution is used.
 const FEWEST: usize = 40;
 
 /// The outcome of a paired comparison.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairedComparison {
-    /// Mean squared error of the first less that of the second.
+    /// Mean squared error of the first minus that of the second.
     pub difference: f64,
     /// Its standard error, which allows for dependent errors.
     pub standard_error: f64,
-    /// Their ratio; zero where both vanish.
+    /// The ratio of the two; zero if both vanish.
     pub statistic: f64,
-    /// The probability of a statistic at least as large when both predict equally well: small where the first is worse.
+    /// The probability of a statistic at least as large if both predict equally well. It is small if the first is worse.
     pub p_value: f64,
 }
 
@@ -43,7 +43,7 @@ impl PairedComparison {
                 return Err(Error::not_finite(name, sample, errors[sample]));
             }
         }
-        // Squares of squares would overflow or vanish in extreme units.
+        // Fourth powers would overflow or vanish in extreme units.
         let largest = first.iter().chain(second).fold(0.0_f64, |m, v| m.max(v.abs()));
         let unit = if largest > 0.0 { largest } else { 1.0 };
         let square = |v: &f64| (v / unit) * (v / unit);
@@ -109,7 +109,7 @@ mod tests {
         assert!(test.p_value < 1e-6 && test.difference > 0.0);
         let back = PairedComparison::new(&b, &a).unwrap();
         assert!((back.p_value + test.p_value - 1.0).abs() < 1e-12 && back.statistic == -test.statistic);
-        // By hand, with eight lags.
+        // Calculated by hand, with eight lags.
         let d: Vec<f64> = a.iter().map(|v| v * v * (1.0 - 0.64)).collect();
         let m = d.iter().sum::<f64>() / 500.0;
         let c = |k: usize| (k..500).map(|t| (d[t] - m) * (d[t - k] - m)).sum::<f64>() / 500.0;

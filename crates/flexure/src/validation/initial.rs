@@ -1,30 +1,30 @@
-//! The state in which a record began, from its first samples.
+//! The initial state of a record, from its first samples.
 //!
-//! A model says how the output goes on from a state, not in which state the record began; MATLAB's `compare` estimates it, too. The states of
-//! all linear blocks are those that fit the measured output best until they no longer matter: least squares, which is linear for
-//! what follows the last nonlinearity and takes a few Gauss-Newton steps for the rest.
+//! A model describes how the output goes on from a state. It does not know the state at the start of the record. MATLAB's `compare`
+//! estimates it, too. Here the states of all linear blocks are fitted by least squares to the measured output, for as long as they matter.
+//! The problem is linear for the blocks after the last nonlinearity. The others take a few Gauss-Newton steps.
 
 use crate::error::{Error, Result};
 use crate::linear::correlation::variance;
 use crate::linear::levenberg_marquardt::{Linearisation, minimise};
 use crate::model::Block;
 
-/// The share of its size to which a response no longer depends on the state at the start.
+/// A response no longer depends on the state at the start if that effect is below this share of its size.
 const SETTLED: f64 = 1e-3;
-/// At least so many samples a state are fitted, where the record has them.
+/// At least this many samples for each state are fitted, if the record has them.
 const SAMPLES_A_STATE: usize = 5;
 const ITERATIONS: usize = 50;
 /// The difference over which derivatives are taken, in the unit of the states' size.
 const STEP: f64 = 1e-4;
-/// Holds a state that the output does not depend on where it is.
+/// A small weight that fixes a state on which the output does not depend.
 const RIDGE: f64 = 1e-7;
 
 /// The states of a model's linear blocks at the start of a record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InitialState {
-    /// What enters every linear block on average, in the order in which the blocks stand.
+    /// The mean input of every linear block, in the order of the blocks.
     levels: Vec<f64>,
-    /// The states beyond the steady ones that belong to these levels.
+    /// The states minus the steady states at these levels.
     states: Vec<f64>,
     /// The number of samples from which they were estimated.
     samples: usize,
@@ -47,11 +47,11 @@ impl InitialState {
     }
 }
 
-/// Estimates the state in which `block` began, from the output `measured` under `input`; samples that were not measured are NaN.
+/// Estimates the initial state of `block` from the output `measured` under `input`. Samples that were not measured are NaN.
 ///
-/// Only the first samples are used: those after which the state has lost its influence, to a thousandth, but at least five a
-/// state. The steady state that belongs to the mean input is where the search starts, so that the simulation of these samples is never
-/// further from the measurement than [`Block::simulate`].
+/// Only the first samples are used, until the influence of the state has fallen to a thousandth. They are at least five for each state. The
+/// search starts from the steady state at the mean input. So the simulation of these samples is never further from the measurement than
+/// [`Block::simulate`].
 ///
 /// # Errors
 /// [`Error::Data`]: `LengthMismatch`, and `TooShort` for fewer measured samples than the model has states.
@@ -73,7 +73,7 @@ pub fn estimate_initial_state(block: &Block, input: &[f64], measured: &[f64]) ->
     estimate_initial_state_of_inputs(block, &[input], measured)
 }
 
-/// [`estimate_initial_state`] of a block of several inputs.
+/// [`estimate_initial_state`] for a block of several inputs.
 ///
 /// # Errors
 /// Those of [`estimate_initial_state`], and of [`Block::simulate_inputs`].
@@ -136,7 +136,7 @@ pub fn estimate_initial_state_of_inputs(block: &Block, inputs: &[&[f64]], measur
     })
 }
 
-/// The size of every state: that of its block's output, 1 where that is constant.
+/// The size of every state: the size of its block's output, or 1 if that is constant.
 fn sizes(block: &Block, inputs: &[&[f64]]) -> Vec<f64> {
     let mut sizes = Vec::new();
     block.visit(inputs, &mut |part, output| {
@@ -193,7 +193,7 @@ mod tests {
         ]
     }
 
-    /// A record that is the end of a longer one: after the estimation it goes on as the longer one did.
+    /// The record is the end of a longer one. After the estimation it continues like the longer one.
     #[test]
     fn the_end_of_a_longer_record_is_met() {
         for (i, block) in blocks().iter().enumerate() {

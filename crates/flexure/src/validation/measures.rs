@@ -1,4 +1,4 @@
-//! How near a prediction is to the measurement.
+//! Measures of how near a prediction is to the measurement.
 
 use crate::error::{Error, Result};
 use crate::linear::correlation::mean;
@@ -23,7 +23,7 @@ impl FitMeasures {
     ///
     /// # Errors
     /// [`Error::Data`]: `LengthMismatch`, `TooShort` (nothing to compare), `NonFinite`, `Unit`, and
-    /// `Constant` for a constant measurement, against which no fit is defined.
+    /// `Constant` for a constant measurement, for which no fit is defined.
     pub fn new(measured: &[f64], predicted: &[f64]) -> Result<Self> {
         if measured.len() != predicted.len() {
             return Err(Error::length("the prediction", predicted.len(), measured.len()));

@@ -1,9 +1,8 @@
 //! Does a model hold on data that were not used for its fit?
 //!
-//! [`FitMeasures`] says how near the prediction is, [`ResidualTests`] whether what it leaves behind
-//! still carries something that the input explains, [`PairedComparison`] which of two models predicts better.
-//! [`estimate_initial_state`] takes the unknown start out of a comparison, and [`predict_ahead`] uses the measured output up to
-//! some samples ago.
+//! [`FitMeasures`] says how near the prediction is. [`ResidualTests`] says whether the input explains a part of the remaining error.
+//! [`PairedComparison`] says which of two models predicts better. [`estimate_initial_state`] removes the effect of the unknown initial
+//! state from a comparison. [`predict_ahead`] uses the measured output up to some samples ago.
 
 mod ahead;
 mod comparison;

@@ -1,12 +1,12 @@
 //! Does the error follow from nonlinear functions of the output's past?
 //!
 //! Where the nonlinearity lies in a loop, as friction does, or has a memory of its own, the error of a chain of blocks depends on the
-//! state of the system. That hardly shows in single lags of the input; it does in the output itself. The test is that of added
-//! variables: of $v = A(q) e$, the error through the autoregression that whitens it, in
+//! state of the system. That hardly shows in single lags of the input; it does in the output itself. The test is one of added variables. $v
+//! = A(q) e$ is the error after the autoregression that whitens it. In
 //! $$ v_k = c + \sum_{i=1}^{p} \alpha_i e_{k-i} + \sum_{i=0}^{m} \beta_i u_{k-i} + \sum_{i=1}^{m} \gamma_i y_{k-i} + \sum_j \theta_j \varphi_j + w_k $$
-//! the functions $\varphi_j$ of $y_{k-1}$ and of $y_{k-1} - y_{k-2}$ say nothing if the error is autoregressive noise, as they are known
-//! before $v_k$ (a nonlinear autoregression against a linear one; Luukkonen, Saikkonen and Terasvirta 1988). They are hinges
-//! $\max(0, z - \kappa)$ at quantiles $\kappa$ of their argument.
+//! the functions $\varphi_j$ of $y_{k-1}$ and of $y_{k-1} - y_{k-2}$ explain nothing if the error is autoregressive noise, because they are
+//! known before $v_k$ (a nonlinear autoregression against a linear one; Luukkonen, Saikkonen and Terasvirta 1988). They are hinges $\max(0,
+//! z - \kappa)$ at quantiles $\kappa$ of their argument.
 
 use super::regression::Regression;
 use super::test::{Observed, ResidualTest, TestKind};
@@ -15,7 +15,7 @@ use super::test::{Observed, ResidualTest, TestKind};
 const LAGS: usize = 5;
 /// Hinges of each argument. Convention.
 const HINGES: usize = 6;
-/// What remains of a column that others determine: rounding, relative to its length.
+/// If other columns determine a column, at most this share of its length remains, by rounding.
 const DETERMINED: f64 = 1e-7;
 
 /// The test of an error, with the input and the measured output that belong to it.
@@ -72,14 +72,14 @@ fn hinges(z: &[f64]) -> impl Iterator<Item = Vec<f64>> {
     (1..=HINGES).map(move |k| z.iter().map(|z| (z - quantile(k)).max(0.0)).collect())
 }
 
-/// Orthonormal columns (modified Gram-Schmidt, twice, as rounding asks).
+/// Orthonormal columns (modified Gram-Schmidt, twice because of rounding).
 #[derive(Default)]
 struct Basis {
     columns: Vec<Vec<f64>>,
 }
 
 impl Basis {
-    /// Adds a column, unless those that are there determine it.
+    /// Adds a column, unless the present columns determine it.
     fn add(&mut self, mut column: Vec<f64>) {
         let length = dot(&column, &column).sqrt();
         for _ in 0..2 {
@@ -97,7 +97,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Takes from a column its part along a unit column.
+/// Subtracts from a column its part along a unit column.
 fn subtract(column: &mut [f64], unit: &[f64]) {
     let part = dot(column, unit);
     column.iter_mut().zip(unit).for_each(|(x, q)| *x -= part * q);
@@ -125,7 +125,7 @@ mod tests {
         output_functions(&Regression::new(e), u, y, 0.01)
     }
 
-    /// The error is the noise itself, white or coloured, behind a saturation: the level is kept.
+    /// The system is a saturation, and the error is the noise itself, white or coloured: the test keeps its level.
     #[test]
     fn noise_of_any_colour_passes() {
         for a in [[1.0, 0.0], [1.0, -0.95]] {
@@ -138,13 +138,13 @@ mod tests {
                 let y: Vec<f64> = y.iter().zip(&e).map(|(y, e)| y + e).collect();
                 !test(&e, &u, &y).passed()
             };
-            // Binomial of 300 runs at 1 %: more than 9 happen with a probability of 0.1 %.
+            // A binomial variable of 300 runs at 1 % exceeds 9 with a probability of 0.1 %.
             let count = (0..300_u64).filter(rejected).count();
             assert!(count <= 9, "{count} of 300");
         }
     }
 
-    /// A link under friction: what a linear model leaves depends on the velocity.
+    /// A link with friction: the error of a linear model depends on the velocity.
     #[test]
     fn friction_in_a_loop_is_seen() {
         let n = 1500;

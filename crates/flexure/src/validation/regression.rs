@@ -1,16 +1,17 @@
-//! Does the past of one signal say something about another? A linear regression, whatever the colour of both.
+//! Does the past of one signal say something about another? A linear regression for signals of any colour.
 
 use crate::linalg;
 use crate::linear::autoregression::whitening;
 use crate::linear::correlation::mean;
 
-/// Samples for each coefficient of the autoregression. They are fewer than for a fit's errors, as the fresh part is short; the tests in
+/// Samples for each coefficient of the autoregression. There are fewer than for a fit's errors, as the fresh part is short; the tests in
 /// `residuals_tests.rs` measure the levels with it.
 const SAMPLES_PER_COEFFICIENT: usize = 20;
-/// Added to a unit diagonal where the regressors nearly determine one another. Rounding, and more where that is not enough.
+/// Values to add to a unit diagonal if the regressors nearly determine one another. The first are of the size of rounding; larger ones
+/// follow if that is not enough.
 const RIDGES: [f64; 4] = [0.0, 1e-12, 1e-9, 1e-6];
 
-/// A signal that is to be explained, whitened by an autoregression.
+/// The signal to be explained, whitened by an autoregression.
 ///
 /// The regressors pass the same filter, which changes neither a linear relation nor its lags (generalised least squares).
 pub(super) struct Regression<'a> {
@@ -19,15 +20,15 @@ pub(super) struct Regression<'a> {
     whitened: Vec<f64>,
 }
 
-/// What a regression explains of a signal.
+/// The part of a signal that a regression explains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Explained {
-    /// The share of the whitened signal's squares about their mean, below 1.
+    /// The explained share of the whitened signal's sum of squares about its mean, below 1.
     pub share: f64,
-    /// The squares of what the same slopes make of the regressors before the filter, about their mean, over those of the signal
-    /// before the filter: the share of the signal itself. It is `share` where the signal is white.
+    /// The explained share of the signal itself: the same slopes, applied to the regressors before the filter, have this share of the
+    /// signal's squares about its mean. It equals `share` if the signal is white.
     pub part: f64,
-    /// The degrees of freedom that are left.
+    /// The degrees of freedom of the rest.
     pub rest: f64,
 }
 
@@ -60,8 +61,8 @@ impl<'a> Regression<'a> {
         self.autoregression.len() - 1
     }
 
-    /// The squares of what this last part of the whitened signal becomes without the filter, over those of the same samples of the signal
-    /// about their mean.
+    /// The filter is undone for `whitened`, which belongs to the last samples. Returns its share in the signal's sum of squares about the
+    /// mean at these samples.
     pub fn share_of_original(&self, whitened: &[f64]) -> f64 {
         let mut part: Vec<f64> = Vec::with_capacity(whitened.len());
         for v in whitened {
@@ -76,9 +77,9 @@ impl<'a> Regression<'a> {
         }
     }
 
-    /// What a regression on lags 0 to `lags` of `w` and a constant explains.
+    /// The part that a regression on lags 0 to `lags` of `w` and a constant explains.
     ///
-    /// There are more than two samples a lag.
+    /// There must be more than two samples for each lag.
     pub fn explained_by_past(&self, signal: &[f64], lags: usize) -> Explained {
         let w = filtered(signal, &self.autoregression);
         let v = &self.whitened[lags..];
@@ -92,7 +93,7 @@ impl<'a> Regression<'a> {
         };
         let centre = mean(v);
         let squares = squares_about_mean(v);
-        // The level first, lest the means' products cancel most digits.
+        // The level is subtracted first: otherwise products of the means would cost most digits.
         let level = mean(&w);
         let w: Vec<f64> = w.iter().map(|w| w - level).collect();
         let lagged = |lag: usize| &w[lags - lag..w.len() - lag];
@@ -128,7 +129,7 @@ impl<'a> Regression<'a> {
         nothing
     }
 
-    /// The share of the signal's squares about their mean that these slopes of lags 0, 1, ... of `w` have.
+    /// The share of the signal's squares about its mean that lags 0, 1, ... of `w` with these slopes explain.
     fn part(&self, w: &[f64], slopes: &[f64]) -> f64 {
         let lags = slopes.len() - 1;
         let level = mean(w);
@@ -153,7 +154,7 @@ fn squares_about_mean(v: &[f64]) -> f64 {
     v.iter().map(|v| (v - centre).powi(2)).sum()
 }
 
-/// $\sum_i r_i v_{n-i}$, the signal constant before it starts.
+/// $\sum_i r_i v_{n-i}$, where the signal is constant before its start.
 fn filtered(v: &[f64], r: &[f64]) -> Vec<f64> {
     let first = v.first().copied().unwrap_or(0.0);
     let past = |n: usize, i: usize| if n >= i { v[n - i] } else { first };
@@ -164,7 +165,7 @@ fn filtered(v: &[f64], r: &[f64]) -> Vec<f64> {
 
 /// The products of lags 0 to `lags` of `w`, summed over the samples that have all lags; row-major.
 ///
-/// One sample later is one product less and one more, so that only the first row is summed.
+/// One lag more on both sides drops one product and adds one, so only the first row is summed.
 fn gram(w: &[f64], lags: usize) -> Vec<f64> {
     let (n, size) = (w.len(), lags + 1);
     let mut gram = vec![0.0; size * size];

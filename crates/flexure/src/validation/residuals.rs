@@ -1,24 +1,24 @@
 //! Tests of the residuals e = y - yh of a model on fresh data.
 //!
 //! - Whiteness (Ljung & Box 1978, with partial autocorrelations as Monti 1994): $Q = n(n+2) \sum_{k=1}^{M} \pi_k^2/(n-k)$
-//!   is chi-squared with M degrees of freedom when e is white. A model of the system without one of the noise may well fail
-//!   it. Plain autocorrelations depend on one another from lag to lag, which makes their sum's tail too heavy (2.6 % for
-//!   a level of 1 % at n = 100, 1.4 % at n = 1000); partial ones hardly do (1.1 %).
-//! - Independence of the input (Ljung 1999, section 16.6): the regression of v on lags 0 to M of w, both through the
-//!   autoregression that whitens v, so that the colour of neither matters. Its F statistic times M + 1 (nearly chi-squared with
-//!   M + 1 degrees of freedom) is Fisher's where w says nothing about a Gaussian v, exactly so if v is white.
-//! - Missed nonlinearity (Billings & Voon 1986): the same for the pairs e and u^2, e^2 and u^2, less
-//!   their means, which see what the linear test is blind to. Of e^2 the ranks are taken: its own tail is so heavy that the
-//!   level would be 2 %. An odd function of the input, as a saturation is, shows in u^3, less what is linear in u.
-//! - Missed nonlinearity in or after the dynamics, as in a Wiener or a feedback system: the same for e and the
-//!   prediction's square and cube, less what is linear in the prediction. The prediction gathers the input's
-//!   past over all of the memory, where no single u_{n-k}^2 says much.
+//!   is chi-squared with M degrees of freedom when e is white. A model of the system without a model of the noise may well fail it. Plain
+//!   autocorrelations at different lags depend on one another, so the tail of their sum is too heavy (2.6 % for a level of 1 % at n = 100,
+//!   1.4 % at n = 1000). Partial ones hardly do (1.1 %).
+//! - Independence of the input (Ljung 1999, section 16.6): the regression of v on lags 0 to M of w. Both pass the autoregression that
+//!   whitens v, so their colours do not matter. If w says nothing about a Gaussian v, the F statistic has Fisher's distribution, exactly if
+//!   v is white. M + 1 times this statistic is nearly chi-squared with M + 1 degrees of freedom.
+//! - Missed nonlinearity (Billings & Voon 1986): the same for the pairs e and u^2, e^2 and u^2, minus their means. They show effects that
+//!   the linear test cannot see. e^2 is replaced by its ranks: its own tail is so heavy that the level would be 2 %. An odd function of the
+//!   input, such as a saturation, shows in u^3 without its part linear in u.
+//! - Missed nonlinearity in or after the dynamics, as in a Wiener or a feedback system: the same for e and the prediction's square and cube
+//!   without their parts linear in the prediction. The prediction combines the input's past over the whole memory, of which a single
+//!   u_{n-k}^2 shows little.
 //!
 //! - Missed memory, as of a nonlinearity in a loop: the same for e and functions of the output's past (`output_functions.rs`).
 //!
-//! A model whose q parameters were estimated from N samples leaves, besides the noise, its own error, which on n fresh samples
-//! is worth up to q n/N squared noise deviations more and depends on the input ([`Estimated`]). The limit of the test against
-//! the input allows for it; the others hardly notice it.
+//! A model with q parameters estimated from N samples also has its own error, in addition to the noise. On n fresh samples it adds up to q
+//! n/N noise variances to the statistic, and it depends on the input ([`Estimated`]). The limit of the test against the input allows for
+//! it. It hardly affects the other tests.
 
 use crate::distributions::normal_quantile;
 use crate::error::{Error, Result};
@@ -31,28 +31,27 @@ use super::regression::{Explained, Regression};
 use super::test::{Estimated, Observed, ResidualTest, TestKind};
 use super::whiteness::whiteness_of;
 
-/// The probability that a true model is rejected: that of a single test, and that of all tests together that can refute a model.
-/// Each of those is at the level `LEVEL` over their number (Bonferroni), so that none of them depends on the others' outcome.
-/// Holm's procedure has the same joint answer: it rejects something exactly when the least p-value is below this share.
+/// The probability that a true model is rejected, by a single test or by all tests together that can refute a model. Each of these has the
+/// level `LEVEL` divided by their number (Bonferroni). So none depends on the result of the others. Holm's procedure has the same joint
+/// answer: it rejects something exactly if the smallest p-value is below this share.
 ///
-/// By the example `levels`: where the error is the noise itself, the tests together reject in 0.60 to 1.30 % (n = 500, 1000 and 8000,
-/// white and coloured inputs and errors, 2000 runs each; each at 1 % for itself, one of them would in 5.6 to 7.7 %). Of identified models of
-/// 2000 samples they reject linear ones in 0.75 % with white and in 3.1 % with coloured input and noise (800 runs each), Hammerstein ones in
-/// 0.5 and 1.0 % (200 runs each). The 3.1 % are of the test against the input. Estimates that are all made efficient do not mend it
-/// (2.7 %, 300 runs).
+/// The example `levels` measures it. If the error is the noise itself, the tests together reject in 0.60 to 1.30 % of the runs (n = 500,
+/// 1000 and 8000, white and coloured inputs and errors, 2000 runs each). If each had the level 1 %, at least one would reject in 5.6 to 7.7
+/// %. For models identified from 2000 samples, they reject linear ones in 0.75 % with white and in 3.1 % with coloured input and noise (800
+/// runs each), and Hammerstein ones in 0.5 and 1.0 % (200 runs each). The 3.1 % come from the test against the input. Efficient estimates
+/// do not remove them (2.7 %, 300 runs).
 ///
-/// Not kept is the level by identified Wiener models of a nonlinearity with kinks under strong coloured noise: single tests of 1 %
-/// against the input and the prediction's cube reject 14 and 24 % (250 runs of 2000 samples; 0 and 2 % with white noise), perhaps
-/// because the structure is chosen by the simulation error as it is. The
-/// whiteness of an error after an identified noise model ([`ResidualTests::of_whitened`]) is rejected in 1.0 and 1.25 % where the
-/// noise is autoregressive (n = 2000 and 8000, 800 runs each), and more often, in 2.25 and 2.4 %, where it is ARMA: no
-/// finite autoregression makes that white, and the test shows it.
+/// The level is not kept for identified Wiener models of a nonlinearity with kinks under strong coloured noise. Single tests of 1 % against
+/// the input and the prediction's cube then reject 14 and 24 % (250 runs of 2000 samples; 0 and 2 % with white noise). A possible reason is
+/// that the structure is chosen by the unfiltered simulation error. The whiteness of an error after an identified noise model
+/// ([`ResidualTests::of_whitened`]) is rejected in 1.0 and 1.25 % if the noise is autoregressive (n = 2000 and 8000, 800 runs each). If it
+/// is ARMA, it is rejected more often, in 2.25 and 2.4 %: no finite autoregression makes such noise white, and the test shows it.
 pub const LEVEL: f64 = 0.01;
-/// Lags of the tests, fewer on short records.
+/// Lags of the tests. Short records have fewer.
 const LAGS: usize = 25;
-/// Lags of the tests against the prediction, which has the input's past in it already.
+/// Lags of the tests against the prediction, which already contains the input's past.
 const PREDICTION_LAGS: usize = 5;
-/// The fewest samples that the asymptotic distributions are used for.
+/// The fewest samples for which the asymptotic distributions are used.
 const FEWEST: usize = 40;
 
 /// Normalised correlations for a plot.
@@ -62,7 +61,7 @@ pub struct Correlations {
     pub residual: Vec<f64>,
     /// Correlation of e_{n+k} with u_n at lags k = -M to M.
     pub with_input: Vec<f64>,
-    /// Half width of the interval that holds a single correlation of white signals with 99 %.
+    /// Half width of the interval that contains a single correlation of white signals with a probability of 99 %.
     pub limit: f64,
 }
 
@@ -71,16 +70,16 @@ pub struct Correlations {
 pub struct ResidualTests {
     /// The tests, whiteness first.
     pub tests: Vec<ResidualTest>,
-    /// For a plot.
+    /// The correlations for a plot.
     pub correlations: Correlations,
 }
 
-/// Under what a residual is tested.
+/// The conditions of a test of a residual.
 struct Conditions<'a> {
     predicted: Option<&'a [f64]>,
-    /// What the model was estimated from.
+    /// The size of the model's estimation.
     estimated: Option<Estimated>,
-    /// What the autoregression that whitened the residual was estimated from.
+    /// The size of the estimation of the autoregression that whitened the residual.
     noise: Option<Estimated>,
     level: f64,
 }
@@ -99,7 +98,7 @@ impl Default for Conditions<'_> {
 impl ResidualTests {
     /// Tests the residual `e` of a model driven by `u`.
     ///
-    /// A residual that is exactly constant passes: there is nothing left to explain.
+    /// A residual that is exactly constant passes: nothing is left to explain.
     ///
     /// # Errors
     /// [`Error::Data`]: `LengthMismatch`; `TooShort` with fewer than 40 samples.
@@ -107,7 +106,7 @@ impl ResidualTests {
         Self::all(e, u, &Conditions::default())
     }
 
-    /// As [`ResidualTests::new`], with the tests against functions of the prediction and of the output besides.
+    /// As [`ResidualTests::new`], with additional tests against functions of the prediction and of the output.
     ///
     /// # Errors
     /// Those of [`ResidualTests::new`]; all three signals have the same length.
@@ -122,7 +121,7 @@ impl ResidualTests {
         )
     }
 
-    /// As [`ResidualTests::with_prediction`], of a model that was estimated from other samples of the same kind.
+    /// As [`ResidualTests::with_prediction`], for a model that was estimated from other samples of the same kind.
     ///
     /// # Errors
     /// Those of [`ResidualTests::with_prediction`].
@@ -138,8 +137,8 @@ impl ResidualTests {
         )
     }
 
-    /// As [`ResidualTests::of_estimate`], of errors that went through an autoregression which whitened the errors of other
-    /// samples of the same kind: `noise` has its order and how many those were, for the limit of the whiteness test.
+    /// As [`ResidualTests::of_estimate`], for errors after an autoregression. The autoregression whitened the errors of other samples of
+    /// the same kind. `noise` has its order and the number of those samples, for the limit of the whiteness test.
     ///
     /// # Errors
     /// Those of [`ResidualTests::with_prediction`].
@@ -162,8 +161,8 @@ impl ResidualTests {
         )
     }
 
-    /// As [`ResidualTests::of_estimate`], or as [`ResidualTests::with_prediction`] without `estimated`, at the joint level
-    /// of 1 % over `among`: the family's level then stays when one error is tested against so many inputs.
+    /// As [`ResidualTests::of_estimate`], or without `estimated` as [`ResidualTests::with_prediction`], at the joint level of 1 % divided
+    /// by `among`. If one error is tested against `among` inputs, the level of the whole family is then kept.
     pub(crate) fn among(
         e: &[f64],
         u: &[f64],
@@ -214,7 +213,7 @@ impl ResidualTests {
         let against = |kind, error: &Regression, v: &[f64], lags, estimated| {
             independence(kind, error, v, lags, estimated, level.shared)
         };
-        // They know nothing of each other.
+        // The tests are independent jobs.
         let mut tests: Vec<Box<dyn Fn() -> ResidualTest + Sync + '_>> = vec![
             Box::new(|| whiteness_of(e, lags, noise, level.alone)),
             Box::new(|| against(TestKind::InputIndependence, error, u, lags, estimated)),
@@ -250,12 +249,12 @@ impl ResidualTests {
         })
     }
 
-    /// The test that refutes the model of the system, if any; of several, the one that sees the largest part of the residual. The
-    /// test of squares is named only where it is alone: it says less of the residual itself than the others.
+    /// The test that refutes the model of the system, if there is one. If there are several, it is the one that explains the largest part
+    /// of the residual. The test of squares is named only if it is the only one: it says less about the residual itself than the others.
     pub fn refutation(&self) -> Option<&ResidualTest> {
         let refuting = self.tests.iter().filter(|t| t.kind.refutes() && !t.passed());
         let direct = |t: &ResidualTest| t.kind != TestKind::SquaredIndependence;
-        // Of equal ones the first.
+        // If several are equal, the first is taken.
         refuting.rev().max_by(|a, b| {
             let kinds = direct(a).cmp(&direct(b));
             kinds.then(a.dependent_share().total_cmp(&b.dependent_share()))
@@ -265,14 +264,14 @@ impl ResidualTests {
 
 /// The levels of the tests in a family.
 struct Levels {
-    /// Of whiteness, which refutes no model.
+    /// The level of the whiteness test, which does not refute a model.
     alone: f64,
-    /// Of each test that can refute one.
+    /// The level of each test that can refute a model.
     shared: f64,
 }
 
 impl Levels {
-    /// Those of a family with this joint level, which has three more tests where there is a prediction.
+    /// The levels of a family with this joint level. With a prediction the family has three more tests.
     fn of(joint: f64, with_prediction: bool) -> Levels {
         let refuting = if with_prediction { 7.0 } else { 4.0 };
         Levels {
@@ -282,7 +281,7 @@ impl Levels {
     }
 }
 
-/// The rank of every value; equal ones share the mean of theirs.
+/// The rank of every value. Equal values get the mean of their ranks.
 fn ranks(values: &[f64]) -> Vec<f64> {
     let mut ranks = vec![0.0; values.len()];
     let mut first = 0;
@@ -294,7 +293,7 @@ fn ranks(values: &[f64]) -> Vec<f64> {
     ranks
 }
 
-/// The power of the centred signal, less its regression on the signal.
+/// The power of the centred signal minus its regression on the signal.
 fn power_beyond_linear(signal: &[f64], power: i32) -> Vec<f64> {
     let (centre, spread) = (mean(signal), variance(signal).sqrt());
     if !(spread > 0.0) {

@@ -9,7 +9,7 @@ pub(crate) fn whiteness(v: &[f64], lags: usize) -> ResidualTest {
     whiteness_of(v, lags, None, LEVEL)
 }
 
-/// [`whiteness`], of a signal that went through an estimated autoregression: the estimate's error comes back as autocorrelation.
+/// [`whiteness`] of a signal after an estimated autoregression. The error of that estimate appears as autocorrelation.
 pub(super) fn whiteness_of(v: &[f64], lags: usize, noise: Option<Estimated>, level: f64) -> ResidualTest {
     let n = v.len() as f64;
     let partial = partial_autocorrelations(&cross_covariance(v, v, lags));
@@ -18,7 +18,7 @@ pub(super) fn whiteness_of(v: &[f64], lags: usize, noise: Option<Estimated>, lev
     let observed = Observed {
         statistic: n * (n + 2.0) * terms.sum::<f64>(),
         terms: lags,
-        // What each further lag leaves of the variance multiplies.
+        // Each further lag leaves a factor of the variance.
         explained: 1.0 - partial.iter().map(|p| 1.0 - p * p).product::<f64>(),
     };
     ResidualTest::chi_squared(TestKind::Whiteness, observed, inflation, level)
@@ -26,7 +26,7 @@ pub(super) fn whiteness_of(v: &[f64], lags: usize, noise: Option<Estimated>, lev
 
 /// The partial autocorrelations at lags 1, 2, ... from covariances at lags 0, 1, ... (Levinson 1947, Durbin 1960).
 ///
-/// They end early where the past determines the signal.
+/// They end early if the past determines the signal.
 pub(super) fn partial_autocorrelations(covariance: &[f64]) -> Vec<f64> {
     let (mut coefficients, mut partial): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
     let mut power = covariance[0];

@@ -6,7 +6,7 @@
 //! - A candidate is **refuted by a comparison** if its squared error is significantly larger than the best one's (paired test with
 //!   dependence allowed for, see [`PairedComparison`](crate::validation::PairedComparison); 1 %, shared out among the
 //!   comparisons) and larger by at least 2 %. The smallest error alone decides nothing: if one of two structures contains the other, either
-//! may have it by chance.
+//!   may have it by chance.
 //! - It is **refuted by a test** if one of the [residual tests](crate::validation::ResidualTests) rejects it (1 %, shared out among
 //!   the tests), and the misfit that the test detects is not negligible.
 //! - **Chosen** is the simplest candidate that no comparison refutes. Hammerstein and Wiener are equally simple; if both are equally good,

@@ -5,7 +5,7 @@
 //!
 //! 1. two starts. One is the paper's: the regression of $Y_{n+s}$ on $X_n$ by a kernel in d columns, at the lag where the output
 //!    depends on the inputs most; it is consistent for white inputs. The other needs no white inputs: least squares over low polynomials of
-//! all inputs with one common denominator, whose numerators are one polynomial times the polynomials' coefficients (Bai 1998).
+//!    all inputs with one common denominator, whose numerators are one polynomial times the polynomials' coefficients (Bai 1998).
 //! 2. the linear part from the start's $\varphi$ to the output: order and delay as for one input, by Schwarz's criterion on
 //!    the output error.
 //! 3. $\varphi$ as a tensor product of cubic B-splines with a penalty on second differences along every axis (Eilers & Marx

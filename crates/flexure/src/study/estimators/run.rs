@@ -15,12 +15,12 @@ use crate::nonlinearity::{
 
 /// Fresh inputs over which an L2 error is averaged.
 const FRESH: usize = 2000;
-/// Knots of the spline: closer than its bandwidth.
+/// The number of knots of the spline. Their distance is less than its bandwidth.
 const KNOTS: usize = 1000;
-/// Beyond the outermost data an estimate is that at the nearest of them.
+/// Beyond the outermost data, the estimate at the nearest of them is taken.
 const OUTSIDE: Outside = Outside::Nearest;
 
-/// The mean squared error over the norm's points; `None` where the estimator has no estimate for these data.
+/// The mean squared error over the norm's points. `None` if the estimator has no estimate for these data.
 pub(super) fn squared_error(setting: &EstimatorSetting, n: usize, seed: u64) -> Result<Option<f64>> {
     let mut rng = Pcg64::seed_from_u64(seed);
     let mut columns = |n| -> Vec<Vec<f64>> {
@@ -53,7 +53,7 @@ pub(super) fn squared_error(setting: &EstimatorSetting, n: usize, seed: u64) -> 
     Ok(mean.is_finite().then_some(mean))
 }
 
-/// The estimates at the queries, with the parameter by the schedule.
+/// The estimates at the queries, with the parameter from the schedule.
 fn estimate(setting: &EstimatorSetting, x: &[Vec<f64>], y: &[f64], queries: &[Vec<f64>]) -> Result<Vec<f64>> {
     let x: Vec<&[f64]> = x.iter().map(Vec::as_slice).collect();
     let queries: Vec<&[f64]> = queries.iter().map(Vec::as_slice).collect();

@@ -1,4 +1,4 @@
-//! Which estimator, of which m, by which schedule, in which norm; and what theory says.
+//! A setting: the estimator, m, the schedule, the norm, and the exponent from theory.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -10,17 +10,17 @@ use super::run::squared_error;
 use crate::error::{Error, Result};
 use crate::nonlinearity::Basis;
 
-/// An estimator of a static nonlinearity; its schedule says what its one parameter is.
+/// An estimator of a static nonlinearity. A schedule gives its one parameter, which is named here after each semicolon.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
-    /// Nadaraya and Watson's with Epanechnikov's kernel, in products; the bandwidth.
+    /// The Nadaraya-Watson estimate with products of Epanechnikov's kernel; the bandwidth.
     KernelConstant,
-    /// The local linear one; the bandwidth.
+    /// The local linear estimate with the same kernel; the bandwidth.
     KernelLinear,
-    /// The local linear kernel with local bandwidths by Lepski's rule, from the data: the schedule does not count.
+    /// The local linear kernel with local bandwidths by Lepski's rule. They come from the data, and the schedule is not used.
     LocalLepski,
-    /// The local linear kernel with local bandwidths by plug-in, from the data: the schedule does not count.
+    /// The local linear kernel with local bandwidths by plug-in. They come from the data, and the schedule is not used.
     LocalPlugIn,
     /// The recursive kernel after Wolverton and Wagner; the n-th point's bandwidth.
     WolvertonWagner,
@@ -30,13 +30,13 @@ pub enum Method {
     Neighbours,
     /// The Haar series; the number of cells, rounded to a power of 2.
     Haar,
-    /// The polynomial; the degree and one, rounded to an odd number.
+    /// The polynomial; the degree plus one, rounded to an odd number.
     Polynomial,
     /// The penalised spline; h in lambda = n h^4 / 2, where 1/2 is the density of X uniform on [-1, 1].
     Spline,
-    /// The neural network, its decay by the evidence; the number of units.
+    /// The neural network with the decay of largest evidence; the number of units.
     Network,
-    /// The series of these functions; the number of terms, rounded to an odd number. In files it has the functions' name.
+    /// The series of these functions; the number of terms, rounded to an odd number. In files it has the name of the functions.
     #[serde(untagged)]
     Series(Basis),
 }
@@ -59,12 +59,12 @@ impl Method {
         }
     }
 
-    /// Whether it chooses its parameter from the data, whatever the schedule.
+    /// Whether it chooses its parameter from the data and ignores the schedule.
     fn by_itself(self) -> bool {
         matches!(self, Method::LocalLepski | Method::LocalPlugIn)
     }
 
-    /// The most columns that it takes here.
+    /// The most columns that it takes in this study.
     fn most_columns(self) -> usize {
         match self {
             Method::KernelConstant
@@ -86,7 +86,7 @@ pub enum Regressand {
     Cone,
     /// The product of the cosines: smooth.
     Cosine,
-    /// The product of |sin(pi x/2)|^(3/2): two derivatives in L2, but for a logarithm.
+    /// The product of |sin(pi x/2)|^(3/2): two derivatives in L2, except for a logarithm.
     ThreeHalves,
     /// The product of sin 2x.
     Sine,
@@ -158,7 +158,7 @@ pub struct EstimatorSetting {
     pub regressand: Regressand,
     /// The number of columns of X, 1 or 2; they are independent.
     pub columns: usize,
-    /// The distribution of each.
+    /// The distribution of each column.
     pub input: Input,
     /// The standard deviation of Y - m(X), which is normal.
     pub noise: f64,
@@ -232,7 +232,7 @@ impl Experiment for EstimatorSetting {
     }
 }
 
-/// A sharp exponent, X uniform on [-1, 1] in one variable, noise of deviation 1/2.
+/// A setting with a sharp exponent, X uniform on [-1, 1] in one variable, and noise of standard deviation 1/2.
 fn line(
     method: Method,
     regressand: Regressand,
@@ -282,7 +282,7 @@ pub fn estimator_settings() -> Vec<EstimatorSetting> {
     }
     settings.push(line(Method::Spline, Cone, origin, (0.4, -third), -third));
     settings.push(line(Method::Spline, ThreeHalves, l2, (0.3, -fifth), -2.0 * fifth));
-    // The rules that choose at every x; the schedules do not count.
+    // The rules that choose at every x. Their schedules are not used.
     for method in [Method::LocalLepski, Method::LocalPlugIn] {
         for (regressand, exponent) in [(Cone, -third), (Sine, -2.0 * fifth)] {
             settings.push(EstimatorSetting {
@@ -291,11 +291,11 @@ pub fn estimator_settings() -> Vec<EstimatorSetting> {
             });
         }
     }
-    // 256^(1/3) = 2^(8/3), so that 8 cells are 2^(1/3) times that.
+    // 256^(1/3) = 2^(8/3), so 8 cells are 2^(1/3) times as many.
     let cells = (third.exp2(), third);
     settings.push(line(Method::Haar, Cone, l2, cells, -third));
     settings.push(line(Method::Haar, Sine, l2, cells, -third));
-    // So little noise that the bias shows.
+    // The noise is so small that the bias shows.
     settings.push(EstimatorSetting {
         input: Input::StudentT,
         noise: 0.1,
