@@ -86,7 +86,7 @@ class Additive:
         given: list[float] | None,
         repeated: bool = False,
     ) -> Additive:
-        """Fits the terms in turn to what the others leave, until nothing changes any more."""
+        """Fits each term in turn to the rest that the others leave, until the terms no longer change."""
         intercept = float(np.average(y, weights=weights))
         counted = slice(None) if weights is None else weights > 0
         varying = [j for j in range(len(x)) if np.ptp(x[j][counted]) > 0]

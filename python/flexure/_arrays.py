@@ -16,7 +16,7 @@ Array = npt.NDArray[np.float64]
 def samples(values: Any, name: str) -> Array:
     """The samples of one signal: shape (n,), contiguous, float64; the same memory where it is that already.
 
-    Takes arrays of any real dtype and layout, of shape (n,) or (n, 1), sequences of numbers, and whatever NumPy takes.
+    Takes arrays of any real dtype and layout, of shape (n,) or (n, 1), sequences of numbers, and everything else that NumPy takes.
     Masked and missing values become NaN.
 
     Raises

@@ -9,7 +9,7 @@ import numpy as np
 
 
 def _leaves(block: dict[str, Any]) -> Iterator[tuple[str, Any]]:
-    """The kinds and contents of the blocks that have names, in the order in which they stand in the model."""
+    """The kinds and contents of the blocks that have names, in their order in the model."""
     kind, value = next(iter(block.items()))
     if kind in ("series", "parallel", "inputs"):
         for part in value:

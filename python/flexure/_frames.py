@@ -1,4 +1,4 @@
-"""Frames of whatever kind as named columns at instants, and back as frames of that kind."""
+"""Frames of any kind as named columns at instants, and back as frames of that kind."""
 
 from __future__ import annotations
 

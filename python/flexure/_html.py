@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 _WIDTH, _HEIGHT, _MARGIN = 190, 110, 6
-# Of gain and phase, one above the other.
+# The heights of the plots of gain and phase, one above the other.
 _HIGHER, _LOWER = 62, 48
 _POINTS = 160
 _SQUARES = 24

@@ -1,4 +1,4 @@
-"""Records of whatever kind as named signals of one sample time."""
+"""Records of any kind as named signals of one sample time."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ def is_several(u: Any) -> bool:
 
 
 def has_several_inputs(u: Any, input: str | Sequence[str] | None) -> bool:
-    """Whether more than one input is named, or stands in the columns of an array."""
+    """Whether more than one input is given, by names or as columns of an array."""
     if isinstance(input, list | tuple):
         return len(input) > 1
     shape: tuple[int, ...] = () if _is_table(u) or is_several(u) else np.shape(u)

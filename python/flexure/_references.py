@@ -74,7 +74,7 @@ class Volterra(System):
 
     @property
     def input_level_(self) -> float:
-        """What is taken off the input, in its unit."""
+        """The value that is subtracted from the input, in its unit."""
         self._fitted()
         return float(self.result_["input_level"])
 

@@ -24,7 +24,7 @@ from flexure.results import Block, Branch, Comparison, FormTest, LinearPart, Ver
 
 Array = npt.NDArray[np.float64]
 
-# What is asked of the library where nothing else is.
+# The default options of the library's methods.
 _OPTIONS: dict[str, Any] = {
     "method": "refined",
     "order": None,
@@ -169,7 +169,7 @@ class System(BaseEstimator):  # type: ignore[misc]
         return self
 
     def _options(self) -> dict[str, Any]:
-        """What is asked of the library."""
+        """The options for the library."""
         options = {**_OPTIONS, "structure": self._structure, **self.get_params()}
         for name, kind, allowed in _KINDS:
             value = options[name]
@@ -257,7 +257,7 @@ class System(BaseEstimator):  # type: ignore[misc]
         return model.simulate(records.input_signals(u, self.inputs_, self._several_inputs, self.dt_))
 
     def predict(self, u: Any, y: Any = None, horizon: int = 1) -> Array:
-        """The output predicted `horizon` samples ahead: every value uses the outputs up to so many samples before it.
+        """The output predicted `horizon` samples ahead: every value uses the outputs up to `horizon` samples before it.
 
         Parameters
         ----------
@@ -348,7 +348,7 @@ class System(BaseEstimator):  # type: ignore[misc]
     def plot(self, *, truth: Any = None) -> Any:
         """Everything in one matplotlib figure: blocks, fresh data against the free run, and the residual's tests.
 
-        `truth(x)` is drawn dashed beside the nonlinearity, where it is known. `flexure.plots` has the parts.
+        `truth(x)`, if it is known, is drawn dashed together with the nonlinearity. `flexure.plots` has the parts.
         """
         self._fitted()
         from flexure import plots
@@ -395,7 +395,7 @@ class System(BaseEstimator):  # type: ignore[misc]
         to : {"c", "fmu", "onnx", "python", "matlab"}
             The format.
         path : path
-            The file, with the extension of the format, or a folder. C has a header beside it.
+            The file, with the extension of the format, or a folder. C has a header file in addition.
         name : str, optional
             The name of the functions, the class or the FMU: an identifier. None: the name of the file.
         fmi : {2, 3}

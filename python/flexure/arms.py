@@ -197,7 +197,7 @@ class Arm:
         Returns
         -------
         list of dicts
-            The records, the same whatever the number of cores. Measurement noise, if the arm file has any, differs with the input's place.
+            The records, which do not depend on the number of cores. Measurement noise, if any, differs with the input's place.
         """
         return self._core.simulate_batch([_pair(torque, kind) for torque in torques], kind, first)
 

@@ -99,7 +99,7 @@ def identify_axes(
 
     Examples
     --------
-    Two axes, one of which has no torque:
+    Two axes; one has no torque:
 
     >>> import numpy as np
     >>> from flexure import identify_axes

@@ -1,6 +1,6 @@
 """Control of the two-link arm with flexible joints, and models that learn sample by sample.
 
-`Scenario` compares controllers in one loop, as ``flexure control`` does. A linear system of python-control or SciPy, or whatever has
+`Scenario` compares controllers in one loop, as ``flexure control`` does. A linear system of python-control or SciPy, or any object that has
 ``A, B, C, D`` and ``dt``, takes part as a controller.
 """
 
@@ -122,7 +122,7 @@ class Scenario:
         seeds: int | None = None,
         feedforward: bool = True,
     ) -> Results:
-        """Runs every controller of the scenario, and linear systems beside them.
+        """Runs every controller of the scenario, and also linear systems.
 
         A system's inputs are the errors of both motors' angles in rad, with four inputs those of their velocities in rad/s behind
         them; its outputs are both torques in N m. One in continuous time is sampled at the loop's sample time, its inputs held. With
@@ -155,7 +155,7 @@ class RecursiveHammerstein:
     """A Hammerstein system that learns: a polynomial of the input, then a linear system.
 
     `forgetting` is how much a sample counts of the one after it, `drift` the variance of random steps of the parameters; without
-    either, all samples count alike.
+    either, all samples count equally.
     """
 
     def __init__(
@@ -211,7 +211,7 @@ class RecursiveFriction:
         self._core = _core.RecursiveFriction(sample_time, reversal, forgetting, drift)
 
     def push(self, torque: npt.ArrayLike, velocity: npt.ArrayLike) -> Array:
-        """Takes samples, and returns what was not foreseen of each torque, for a `Cusum`; NaN where nothing was foreseen."""
+        """Takes samples and returns the unpredicted part of each torque, for a `Cusum`. NaN where there was no prediction."""
         return np.array(self._core.push(samples(np.atleast_1d(torque), "torque"), samples(np.atleast_1d(velocity), "velocity")))
 
     @property

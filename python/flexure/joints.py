@@ -50,7 +50,7 @@ class Motion:
     drive: str
     """What drives it, for example "under the recorded torque"."""
     rms: float
-    """The root mean square of measured less simulated position, rad (m)."""
+    """The root mean square of measured minus simulated position, rad (m)."""
     fit_percent: float
     """``100 (1 - |q - qh| / |q - mean q|)``."""
 
@@ -62,9 +62,9 @@ class Form:
     name: str
     """For example "lugre_static"."""
     parameters: dict[str, Parameter]
-    """By symbol."""
+    """The parameters by their symbols."""
     result: dict[str, Any] = field(repr=False)
-    """All that ``flexure joint --json`` says of it."""
+    """Its part of the output of ``flexure joint --json``."""
 
 
 class _Logged:
@@ -107,9 +107,9 @@ class Joint(_Logged):
     kind: str
     """"rigid" or "flexible"."""
     inertia: Estimate
-    """Of a rigid axis, or of the link of a flexible joint, kg m² (kg for a prismatic axis)."""
+    """The inertia of a rigid axis, or of the link of a flexible joint, kg m² (kg for a prismatic axis)."""
     motor_inertia: Estimate | None
-    """Of a flexible joint's motor, kg m²."""
+    """The inertia of a flexible joint's motor, kg m²."""
     friction: Nonlinearity
     """Friction torque over velocity, N m over rad/s, with its band."""
     stiffness: Nonlinearity | None
@@ -121,7 +121,7 @@ class Joint(_Logged):
     findings: tuple[str, ...]
     """What to know before trusting it."""
     result: dict[str, Any] = field(repr=False)
-    """All that ``flexure joint --json`` says of it."""
+    """Its part of the output of ``flexure joint --json``."""
     _found: _core.Joint | None = field(default=None, repr=False, compare=False)
 
     def arm(self, joint: int = 1, *, template: Arm | None = None) -> Arm:
@@ -151,7 +151,7 @@ class Joint(_Logged):
 
     @property
     def motor_friction(self) -> Nonlinearity | None:
-        """Friction torque at a flexible joint's motor over its velocity, N m over rad/s, where the log shows it beside that at the link."""
+        """Friction torque at a flexible joint's motor over its velocity, N m over rad/s, if the log shows it apart from the link's."""
         found = self.result.get("motor_friction")
         return None if found is None else Nonlinearity.of(found)
 
@@ -200,7 +200,7 @@ class TwoLinkArm(_Logged):
     joints: tuple[Joint, Joint]
     """Shoulder and elbow."""
     result: dict[str, Any] = field(repr=False)
-    """All that ``flexure joint --json`` says of it."""
+    """Its part of the output of ``flexure joint --json``."""
     _found: _core.Joint | None = field(default=None, repr=False, compare=False)
 
     def __repr__(self) -> str:

@@ -1,4 +1,4 @@
-"""What is done to a measured record before anything is identified from it: the steps of ``flexure prepare`` on frames.
+"""The preparation of a measured record before an identification: the steps of ``flexure prepare`` on frames.
 
 A frame is a pandas or polars frame, or a dict of arrays. Every function returns a new one of the same kind. The instants are those of a pandas
 index of time, or of a column called ``t`` or ``time``; else give the sample time as `dt`. A missing sample is NaN.
@@ -105,7 +105,8 @@ def outliers(frame: Any, columns: str | Sequence[str] | None = None, *, threshol
     """The frame with NaN in place of outliers: samples far away from the median of their neighbours (Hampel's rule).
 
     The distance must exceed `threshold` robust standard deviations of the neighbours, and of the changes from sample to sample: signals
-    that are quantised or stand still lose nothing. A short and strong event, such as an impact, is an outlier by this rule: look at what is found.
+    that are quantised or stand still lose nothing. A short and strong event, such as an impact, is an outlier by this rule: check
+    the samples that are found.
 
     Parameters
     ----------
@@ -143,7 +144,7 @@ def fill(frame: Any, columns: str | Sequence[str] | None = None, *, longest_gap:
     columns
         One column or several; None for all.
     longest_gap
-        Most samples in a row that may be missing. Longer gaps, and what is missing at the ends, stay NaN.
+        Most samples in a row that may be missing. Longer gaps, and missing samples at the ends, stay NaN.
 
     Examples
     --------
@@ -192,7 +193,7 @@ def resample(frame: Any, dt: float, *, hold: str | Sequence[str] = (), longest_g
 
 
 def low_pass(frame: Any, cutoff: float, *, columns: str | Sequence[str] | None = None, order: int = 4, dt: float | None = None) -> Any:
-    """The frame without what is faster than `cutoff` Hz, and without a delay.
+    """The frame without its parts faster than `cutoff` Hz, and without a delay.
 
     A Butterworth filter runs forward and backward, as SciPy's ``sosfiltfilt``: at `cutoff` the gain is one half. Use the same filter for
     inputs and outputs. NaN stay NaN.

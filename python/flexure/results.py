@@ -64,11 +64,11 @@ class FormTest:
     name: str
     """For example "dead-zone"."""
     parameters: dict[str, Estimate]
-    """By name."""
+    """The parameters by their names."""
     statistic: float
     """How far the form is from the free nonlinearity."""
     degrees_of_freedom: float
-    """Of its distribution where the form holds."""
+    """The degrees of freedom of its distribution if the form holds."""
     limit: float
     """The value above which the form is refuted."""
     p_value: float
@@ -97,9 +97,9 @@ class Candidate:
     parameters: int
     """The number of its parameters."""
     verdict: str
-    """What is to be said of it, in sentences."""
+    """Remarks on it, in sentences."""
     refuted_by: tuple[dict[str, Any], ...] = field(default=(), repr=False)
-    """What refutes it: tests, and comparisons with better ones."""
+    """The tests that refute it, and the comparisons with better ones."""
 
     @property
     def refuted(self) -> bool:
@@ -207,9 +207,9 @@ class Surface:
     """A static nonlinearity of several inputs: a tensor product of cubic B-splines over a box; call it to evaluate it."""
 
     axes: tuple[tuple[float, float, int], ...]
-    """Of each input: the lower end, the upper end, and the number of pieces between them."""
+    """For each input: the lower end, the upper end, and the number of pieces between them."""
     coefficients: Array
-    """Of the products of B-splines, pieces + 3 along every axis."""
+    """The coefficients of the products of B-splines, pieces + 3 along every axis."""
 
     def __call__(self, at: npt.ArrayLike) -> Array:
         """Its values at points of shape (..., m), of shape (...); beyond the box those of its nearest point."""
@@ -383,11 +383,11 @@ class ResidualTest:
     """A test of the residual on samples that were not used for the fit."""
 
     name: str
-    """What is tested."""
+    """The question of the test."""
     statistic: float
     """Its value."""
     degrees_of_freedom: float
-    """Of its distribution where the model holds."""
+    """The degrees of freedom of its distribution if the model holds."""
     limit: float
     """The value above which it fails at its level."""
     p_value: float
@@ -395,11 +395,11 @@ class ResidualTest:
     level: float
     """Its share of the joint level of 1 %: a fifth, for each of the five tests that can refute a model of one input."""
     effect: float
-    """The size of what it sees: the share of the error's variance that it explains, less what it would explain by chance."""
+    """The size of the effect that it finds: the share of the error's variance that it explains, minus the share by chance."""
     passed: bool
     """Whether it stayed below."""
     refutes: bool
-    """Whether failing refutes the model, rather than the noise being white."""
+    """Whether a failure refutes the model, and not only the assumption of white noise."""
 
 
 @dataclass(frozen=True)

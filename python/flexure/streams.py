@@ -20,7 +20,7 @@ class StreamedKernelRegressor(RegressorMixin, BaseEstimator):  # type: ignore[mi
     """Kernel regression of one column that takes a record in parts and keeps sums in bins, not the rows.
 
     Parts are taken in by `partial_fit`, on several machines too: `merge` brings the sums together, and the result is that of all rows,
-    in whatever order they came (but for the last digits). The bandwidth is chosen, and the band made, from 20 folds of blocks of
+    in any order in which they came (except for the last digits). The bandwidth is chosen, and the band made, from 20 folds of blocks of
     rows: rows may depend on their neighbours, as samples in time do.
 
     Parameters

@@ -144,7 +144,7 @@ class Hammerstein(System):
         self.ignore_colour = ignore_colour
 
     def _options(self) -> dict[str, Any]:
-        """What is asked of the library; what the method does not know must not have been set."""
+        """The options for the library. An option that the method does not have must not be set."""
         options = super()._options()
         for method, names in _OWN.items():
             for name in names if options["method"] in _OWN.keys() - {method} else ():
@@ -369,7 +369,7 @@ class JointInputs(System):
 
 
 def _generated(structure: Structure) -> type[System]:
-    """A class of a structure that has nothing of its own beside its blocks."""
+    """A class of a structure that has only its blocks."""
     name = "".join(word.capitalize() for word in structure.name.split("-"))
     text = f"""{structure.description[:1].upper()}{structure.description[1:]}.
 

@@ -10,7 +10,7 @@ use std::time::Duration;
 use common::Folder;
 use serde_json::Value;
 
-/// A running app, whose project is the folder `project` beside a file that is none of its.
+/// A running app. Its project is the folder `project`; a file next to that folder does not belong to it.
 struct App {
     child: Child,
     folder: Folder,
@@ -57,7 +57,7 @@ impl App {
         (status.unwrap_or(0), answer)
     }
 
-    /// As [`raw`](Self::raw), of the page's own request.
+    /// As [`raw`](Self::raw), for a request of the page itself.
     fn asked(&self, method: &str, path: &str, body: &str) -> (u16, String) {
         let (host, token, length) = (&self.host, &self.token, body.len());
         let head = format!("{method} /{token}/{path} HTTP/1.1\r\nHost: {host}\r\nContent-Length: {length}\r\n\r\n");
@@ -147,7 +147,7 @@ fn what_is_no_request_is_refused() {
             format!("GET /{wrong}/project HTTP/1.1\r\nHost: {host}\r\n\r\n").into_bytes(),
             403,
         ),
-        // Of such a length nothing is read, and no memory is taken for it.
+        // A request of such a length is not read, and no memory is taken for it.
         (
             format!("POST /{wrong}/jobs HTTP/1.1\r\nHost: {host}\r\nContent-Length: 9000000000000000000\r\n\r\n")
                 .into_bytes(),

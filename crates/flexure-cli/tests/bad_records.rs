@@ -125,7 +125,7 @@ fn samples_that_are_missing_or_not_finite() {
         folder.write(name, content);
         all_refuse(&folder, name, message);
     }
-    // In the output, where one is read; predicting needs none.
+    // The bad value is in the output, which only some commands read. Predicting does not.
     folder.write("output.csv", "u,y\n1,2\n2,inf\n3,5\n");
     let message = "output.csv, line 3: column 'y' is inf at sample 1; remove or repair that sample";
     folder.failed(&COMMANDS[0].replace("RECORD", "output.csv"), message);

@@ -41,7 +41,7 @@ fn a_record_with_two_signals_needs_no_names() {
     assert_eq!((input, output), ("speed".into(), "volts".into()));
     let (input, output, _) = identified(&folder, "two.csv --output volts");
     assert_eq!((input, output), ("speed".into(), "volts".into()));
-    // Neither instants nor a count of the rows is a signal; y is the output wherever it stands.
+    // Neither instants nor a count of the rows is a signal; y is the output in any column.
     folder.write("pandas.csv", text(",time [s],y,u", &["k", "t", "y", "u"], 600));
     let (input, output, notes) = identified(&folder, "pandas.csv");
     assert_eq!((input, output), ("u".into(), "y".into()));
@@ -89,7 +89,7 @@ fn a_model_knows_its_columns() {
     let predicted = folder.json("predict model.json r.csv -o p.csv");
     assert_eq!(predicted["initial_state"], "estimate");
     assert!(predicted["fit_percent"].as_f64().unwrap() > 60.0);
-    // The input alone: no fit, and nothing measured.
+    // Only the input: no fit, and nothing measured.
     folder.write("input.csv", text("volts", &["u"], 600));
     let alone = folder.json("predict model.json input.csv -o p.csv");
     assert_eq!(

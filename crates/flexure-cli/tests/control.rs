@@ -190,7 +190,7 @@ fn a_flexible_link_has_a_row_a_controller_too() {
     }
 }
 
-/// Values beside what a scenario can have: messages are short, and nothing is left unread.
+/// Values that a scenario cannot have: messages are short, and no entry of the file is ignored.
 #[test]
 fn wrong_usage_is_said() {
     let folder = Folder::new();

@@ -206,7 +206,7 @@ fn what_is_no_grid_is_no_surface() {
             "{message}: {outcome:?}"
         );
     }
-    // In any order of the rows.
+    // The rows may have any order.
     folder.write("s.csv", [&lines[..1], &lines[13..], &lines[1..13]].concat().join("\n"));
     folder.done("export s.csv --to c -o s.c");
 }

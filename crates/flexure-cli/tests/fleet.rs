@@ -7,7 +7,7 @@ use std::fs;
 use common::{Folder, known};
 use flexure_io::read_record;
 
-/// Six plants in one file, of which the fifth misses a sample.
+/// Six plants in one file. The fifth has a missing sample.
 fn file_of_six(folder: &Folder) {
     let mut text = "plant,u,y\n".to_owned();
     for plant in 0..6 {
@@ -79,7 +79,7 @@ fn a_stopped_run_goes_on_and_threads_change_nothing() {
     file_of_six(&folder);
     folder.done(&format!("{FLEET} -o results"));
     let whole = fs::read(folder.path("results/table.parquet")).unwrap();
-    // As if it had been stopped: two rows and the table are missing, and a third has another number, which must stay.
+    // The state after a stop: two rows and the table are missing. A third row has another number, which must stay.
     for gone in ["rows/1.json", "rows/3.json", "table.parquet"] {
         fs::remove_file(folder.path("results").join(gone)).unwrap();
     }

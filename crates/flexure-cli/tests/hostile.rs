@@ -89,7 +89,7 @@ fn numbers_of_options_have_an_end() {
     assert_eq!(folder.content().len(), 1);
 }
 
-/// One huge sample is named, and not its neighbours, which are small only beside it.
+/// One huge sample is named, and not its neighbours, which are small only in comparison with it.
 #[test]
 fn an_outlier_is_named() {
     let folder = Folder::new();
@@ -209,7 +209,7 @@ fn control_characters_do_not_reach_the_terminal() {
     }
 }
 
-/// Whatever stands in a file, what is said of it can be read.
+/// Messages about a file can be read, no matter what the file contains.
 #[test]
 fn messages_are_short() {
     let folder = Folder::new();
@@ -245,7 +245,7 @@ fn messages_are_short() {
     }
 }
 
-/// Numbers of options are shown with as many digits as they have, be they ever so small or large.
+/// Numbers of options are shown with all their digits, however small or large they are.
 #[test]
 fn numbers_of_options_are_shown_short() {
     let folder = Folder::new();
@@ -334,7 +334,7 @@ fn a_folder_that_takes_no_file_is_named_first() {
     assert!(outcome.stderr.contains("closed/m.json"), "{outcome:?}");
 }
 
-/// An arm from somebody else reads no file but those beside it, and tells nothing of others.
+/// An arm file from somebody else can read only the files in its folder, and reveals nothing about others.
 #[test]
 fn an_arm_file_names_records_beside_it() {
     let folder = Folder::new();

@@ -135,7 +135,7 @@ fn what_cannot_be_used_is_said() {
     );
 }
 
-/// A rigid axis as an arm file moves as its log did, but for the constant torque that it says it cannot hold.
+/// A rigid axis as an arm file moves like its log, except for the constant torque. The message says that an arm file cannot hold it.
 #[test]
 fn a_rigid_axis_becomes_an_arm_file() {
     let folder = Folder::new();
@@ -272,7 +272,7 @@ fn the_positioning_system() {
         let got = value(form, symbol);
         assert!((got - published).abs() < share * published.abs(), "{symbol} = {got}");
     }
-    // By SciPy, the textbook way: scripts/reference/joint.py, three of its standard errors.
+    // Values from SciPy by the textbook method (scripts/reference/joint.py), within three of its standard errors.
     for (symbol, scipy, error) in [
         ("Fv", 202.5636, 1.5725),
         ("Fc", 20.4935, 0.1391),

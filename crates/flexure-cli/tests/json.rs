@@ -13,7 +13,7 @@ fn count(object: &Value, key: &str) -> u64 {
     object[key].as_u64().unwrap_or_else(|| panic!("{key}: {}", object[key]))
 }
 
-/// The residual tests, of which at least one can refute the model.
+/// The residual tests. At least one of them can refute the model.
 fn check_tests(object: &Value) {
     let tests = object["residual_tests"].as_array().unwrap();
     assert!(!tests.is_empty());

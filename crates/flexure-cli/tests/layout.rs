@@ -266,7 +266,7 @@ fn defining<'a>(
     }
 }
 
-/// The largest sets of files each of which needs all others, by name.
+/// The largest sets of files in which each file needs all others, by name.
 fn circles(imports: &BTreeMap<&Module, BTreeSet<&Module>>) -> Vec<Vec<String>> {
     let reached: BTreeMap<&Module, BTreeSet<&Module>> = imports
         .keys()

@@ -1,4 +1,4 @@
-//! `flexure look`: what it says of records whose truth is known, and that the command it suggests runs as printed.
+//! `flexure look`: what it says about records with a known truth. The command that it suggests runs as printed.
 
 mod common;
 
@@ -10,7 +10,7 @@ use flexure::identify::Warning;
 use flexure_io::write_record;
 use serde_json::Value;
 
-/// The line with the command to type next, without what stands before it.
+/// The line with the command to type next, without the text before it.
 fn next(text: &str) -> &str {
     let line = text.lines().last().unwrap();
     line.strip_prefix("next: ").unwrap_or_else(|| panic!("{text}"))
@@ -104,7 +104,7 @@ fn an_axis_is_a_joint_and_identify_says_so() {
     let joint: Value = serde_json::from_str(&found.stdout).unwrap();
     let inertia = joint["inertia"]["value"].as_f64().unwrap_or_else(|| panic!("{joint}"));
     assert!((inertia / 95.0 - 1.0).abs() < 0.05, "{inertia}");
-    // The same of names that say nothing, from the data alone.
+    // The same for names that say nothing: only the data decide.
     write_record(
         folder.path("plain.csv"),
         &Record::new([("t", t), ("c1", vir), ("c2", qm)]).unwrap(),

@@ -1,6 +1,6 @@
 //! Measured benchmark records, where they are at hand: does Flexure say how far a Hammerstein model holds?
 //!
-//! They are looked for in `$FLEXURE_DATA`, else in `../shared/data` beside the repository.
+//! They are looked for in `$FLEXURE_DATA`, otherwise in `../shared/data` next to the repository.
 
 mod common;
 

@@ -1,4 +1,4 @@
-//! `flexure identify --method`: the refined method is the default, the options of one method alone choose it.
+//! `flexure identify --method`: the refined method is the default. An option that only one method has chooses that method.
 
 mod common;
 
@@ -132,7 +132,7 @@ fn options_of_another_method_are_refused() {
     }
 }
 
-/// A parameter of the form that was asked for: its value and its standard error.
+/// A parameter of the requested form: its value and its standard error.
 fn parameter(found: &Value, name: &str) -> [f64; 2] {
     let all = found["form"]["parameters"].as_array().unwrap();
     let one = all
@@ -223,7 +223,7 @@ fn missing_outputs_are_skipped_on_request() {
             .read("page.html")
             .contains(&format!("1500 kept for the verdict ({missing} of those missing)"))
     );
-    // Of the input, no sample may be missing.
+    // No sample of the input may be missing.
     folder.write(
         "r.csv",
         format!("u,y\n{}", rows.replacen(rows.split(',').next().unwrap(), "", 1)),
@@ -234,7 +234,7 @@ fn missing_outputs_are_skipped_on_request() {
     );
 }
 
-/// The refined page shows what the method has, and no card for what it has not.
+/// The page of the refined method shows all its results, and no card for results that it does not have.
 #[test]
 fn the_page_shows_what_the_method_has() {
     let folder = folder(6000);

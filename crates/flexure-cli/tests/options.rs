@@ -127,7 +127,7 @@ fn conventions_for_the_scale() {
         estimate(&known, -1.5)
     );
     assert!((estimate(&known, 1.7) - 1.0).abs() < 0.02, "{}", estimate(&known, 1.7));
-    // The convention moves a factor between the blocks and leaves the prediction alone.
+    // The convention moves a factor between the blocks and does not change the prediction.
     for other in [&first, &known] {
         let difference = other["fit_percent"].as_f64().unwrap() - gain["fit_percent"].as_f64().unwrap();
         assert!(difference.abs() < 0.01, "{difference}");

@@ -113,7 +113,7 @@ mod linux {
         assert!(folder.content().keys().all(|name| !name.ends_with(".tmp")));
     }
 
-    /// What goes to the standard output by its name goes on where that is, be it a file or a pipe.
+    /// Output to the standard output by its name continues at the present place, in a file as well as in a pipe.
     #[test]
     fn the_standard_output_can_be_named() {
         let folder = Folder::new();

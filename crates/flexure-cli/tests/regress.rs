@@ -61,7 +61,7 @@ fn column(record: &Record, name: &str) -> Vec<f64> {
     record.column(name).unwrap().to_vec()
 }
 
-/// The root mean square of estimate less truth over the inner part of the curve.
+/// The root mean square of estimate minus truth over the inner part of the curve.
 fn error(curve: &Record, truth: impl Fn(f64) -> f64) -> f64 {
     let (x, y) = (column(curve, "x"), column(curve, "y"));
     let inner: Vec<f64> = x
@@ -363,7 +363,7 @@ fn rows_alone_in_their_windows_are_reported() {
         );
         assert_eq!(folder.json(&options)["rows_alone"], 0, "{estimator}");
     }
-    // In two columns as well.
+    // The same with two columns.
     let mut text = "a,b,y\n".to_owned();
     for i in 0..100 {
         text += &format!("{},{},{}\n", i % 10, i / 10, i % 7);
@@ -406,7 +406,7 @@ fn a_continued_estimate_has_no_band() {
     );
 }
 
-/// The same command gives the same files, and random bands follow their seed alone.
+/// The same command gives the same files, and random bands depend only on their seed.
 #[test]
 fn results_are_reproducible() {
     let folder = wave(300);

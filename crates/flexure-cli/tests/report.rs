@@ -75,7 +75,7 @@ fn validate_writes_the_same_page() {
     assert_eq!(payload(&folder, "same.html"), payload(&folder, "page.html"));
 }
 
-/// What a model misses where its input goes beyond the range of the fit is told apart from what it misses within.
+/// The errors of a model where its input goes beyond the range of the fit are reported apart from those within.
 #[test]
 fn excursions_of_the_input_are_judged_apart() {
     let folder = Folder::new();

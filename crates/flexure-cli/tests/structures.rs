@@ -60,7 +60,7 @@ fn a_wiener_hammerstein_system_comes_back_and_predicts() {
         (&found["samples_fitted"], &found["samples_fresh"]),
         (&3750.into(), &1250.into())
     );
-    // Blocks, of which each has unit static gain.
+    // Blocks that each have unit static gain.
     let (front, back) = (&found["front"], &found["back"]);
     assert_eq!([&front["order"], &back["order"], &found["order"]], [2, 1, 3]);
     assert!(near(&numbers(&front["a"]), &[1.0, -1.1, 0.5], 0.02), "{front}");

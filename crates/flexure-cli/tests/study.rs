@@ -58,7 +58,7 @@ fn a_state_is_gone_on_from_and_gives_the_same_result() {
     let whole = folder.done(&format!("{SMALL} --json"));
     let with_state = folder.done(&format!("{SMALL} --json --resume s.json"));
     assert_eq!(whole, with_state);
-    // As it was left by a study stopped halfway.
+    // The state that a study leaves if it is stopped halfway.
     let mut state: Value = serde_json::from_str(&folder.read("s.json")).unwrap();
     let done = state["plain"]["done"].as_object_mut().unwrap();
     done.retain(|setting, _| setting.parse::<usize>().unwrap() < 12);

@@ -1,4 +1,4 @@
-//! An arm in C beside the arm that Flexure simulates with its own integrator.
+//! An arm in C, compared with the arm that Flexure simulates with its own integrator.
 
 mod runtime;
 

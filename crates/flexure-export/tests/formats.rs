@@ -75,7 +75,7 @@ fn agree(runtime: &str, format: Format, file: &str, fmi: Fmi, most: f64) {
     let complaints = String::from_utf8_lossy(&stderr);
     assert!(status.success(), "{text}{complaints}");
     assert!(!complaints.contains("not used by any node"), "{complaints}");
-    // What is said beside the numbers is not of interest.
+    // Only the numbers count, not the words around them.
     let found: Vec<f64> = text.lines().filter_map(|line| line.parse().ok()).collect();
     assert_eq!(found.len(), folders.len(), "{text}");
     for ((structure, folder), apart) in folders.iter().zip(found) {

@@ -357,7 +357,7 @@ fn a_spreadsheet_in_german_with_remarks() {
         "{note}"
     );
     assert!(note.contains("--time-format"), "{note}");
-    // As Python writes it, where %f is a fraction of a second.
+    // The format as Python writes it: %f is a fraction of a second.
     let options = ReadOptions {
         time_format: Some("%d.%m.%Y %H:%M:%S,%f".to_owned()),
         ..ReadOptions::default()

@@ -286,7 +286,7 @@ fn a_bad_message_is_refused_with_its_topic_and_place() {
     // The first message of the joints: its encapsulation becomes that of XCDR2.
     let name = b"shoulder";
     let at = bytes.windows(name.len()).position(|w| w == name).unwrap();
-    // Before it stand the header of 4 bytes, the stamp of 8, an empty text of 8, a count and a length of 4 each.
+    // Before it come the header of 4 bytes, the stamp of 8, an empty text of 8, a count and a length of 4 each.
     let header = at - 28;
     assert_eq!(bytes[header..header + 4], [0, 1, 0, 0]);
     let mut changed = bytes.clone();

@@ -23,7 +23,7 @@ fn read(path: &Path, memory: u64) -> Result<RecordFile, Error> {
     options.read(path)
 }
 
-/// What is said of the file with this much memory; with a hundred times as much it can be read if `sound`.
+/// The message about the file with this much memory. With a hundred times as much it can be read if `sound`.
 fn refused(path: &Path, memory: u64, sound: bool) -> String {
     let error = read(path, memory).unwrap_err();
     assert!(matches!(error, Error::TooLarge { .. }), "{error}");
@@ -66,7 +66,7 @@ fn a_mat_file_that_unpacks_to_gigabytes() {
     let expected = "bomb.mat: the variable that is unpacked at byte 128 takes more memory than the limit of 8 MiB; --memory SIZE (such as 8GiB) \
                     allows more";
     assert_eq!(refused(&path, 8 << 20, false), expected);
-    // The claim alone is enough.
+    // The claimed size alone is enough.
     compressed_mat(&path, u32::MAX - 7, std::iter::empty());
     assert_eq!(refused(&path, 8 << 20, false), expected);
 }
@@ -159,7 +159,7 @@ fn a_header_of_forty_thousand_names() {
         said.ends_with("column18, column19 and 39980 more") && said.len() < 400,
         "{said}"
     );
-    // Each takes memory, whatever stands below.
+    // Each takes memory, no matter what is below it.
     let refused = message(&read(&path, 10 << 20).unwrap_err(), &folder);
     assert!(
         refused.contains("the list of columns") && refused.contains("--memory"),

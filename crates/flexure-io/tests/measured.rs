@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use flexure_io::{RecordFile, read_record};
 
-/// The folder of measured records: `$FLEXURE_DATA`, else `../shared/data` beside the repository.
+/// The folder of measured records: `$FLEXURE_DATA`, otherwise `../shared/data` next to the repository.
 fn measured(name: &str) -> Option<RecordFile> {
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
     let path = std::env::var_os("FLEXURE_DATA")

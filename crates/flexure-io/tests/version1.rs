@@ -1,5 +1,5 @@
-//! Model files of version 1 of every structure, as Flexure 0.1 wrote them (their tables thinned out, which changes no format), and
-//! what it predicted by them.
+//! Model files of version 1 of every structure, as Flexure 0.1 wrote them, and its predictions with them. Their tables are thinned out,
+//! which does not change the format.
 
 use std::path::{Path, PathBuf};
 

@@ -24,7 +24,7 @@ const OFTEN: u64 = 6;
 /// Places at which a method is interrupted.
 const PLACES: u64 = 6;
 
-/// Interrupts the work at places over all of its course; `work` returns what it found, or why it did not.
+/// Interrupts the work at places spread over its whole course. `work` returns its result or its error.
 fn stops(name: &str, work: impl Fn() -> Result<()>) {
     let all = u64::MAX;
     let whole = Interrupt::after(all);
@@ -35,7 +35,7 @@ fn stops(name: &str, work: impl Fn() -> Result<()>) {
     let asked = all - whole.left();
     assert!(asked >= OFTEN, "{name} is asked {asked} times");
     for place in 0..PLACES {
-        // At the very beginning, and then ever later.
+        // At the very beginning, then later and later.
         let interrupt = Interrupt::after(place * (asked - 1) / (PLACES - 1));
         let outcome = interrupt.watch(&work).map(|_| ());
         // Parallel parts are asked in no fixed order, and their number may differ by a few.

@@ -72,7 +72,7 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
 #[test]
 fn all_models_follow_the_reference_under_time_dependent_torque() {
     for (name, model) in MODELS {
-        // Landing on a hundred instants and on the end alone.
+        // Steps that end at a hundred instants, and only at the end.
         for sample_time in [0.1, 10.0] {
             let options = bent(10.0, sample_time);
             let record = simulate(&arm(model), &Drive::Torque(&chirp), &options).unwrap();
@@ -166,7 +166,7 @@ fn friction_never_lets_the_energy_grow() {
     }
     let mut damped = frictionless(JointKind::Nonlinear);
     damped.joints.iter_mut().for_each(|joint| joint.damping = 5.0);
-    // A damping stops the deflections alone.
+    // A damping stops only the deflections.
     for (arm, remains) in [(space_arm(JointKind::Nonlinear), 0.2), (at_motors, 0.2), (damped, 0.6)] {
         let arm = Arm::new(arm).unwrap();
         let record = simulate(&arm, &Drive::Held([&zeros, &zeros]), &wound_up(20.0, 0.01, 1e-10)).unwrap();

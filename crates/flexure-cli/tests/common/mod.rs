@@ -121,7 +121,7 @@ impl Folder {
         value
     }
 
-    /// Runs a command that must fail with this message alone, and leave every file as it was.
+    /// Runs a command that must fail with only this message and leave every file unchanged.
     pub fn refused(&self, arguments: &str, code: i32, message: &str) {
         let before = self.content();
         let outcome = self.run(arguments);

@@ -220,7 +220,7 @@ fn the_three_views_of_a_joint() {
     let number = |view: &str, key: &str| found[view][key].as_f64().unwrap();
     assert!(number("stiffness", "error") < 0.05, "{found}");
     assert!(number("stiffness", "covered") > 0.9, "{found}");
-    // From both angles the curve comes back too, and wherever the joint stands.
+    // From both angles the curve is found too, at any position of the joint.
     let both = &found["stiffness"]["both_angles"];
     for key in ["error", "change"] {
         assert!(both[key].as_f64().unwrap() < 0.02, "{key}: {both}");

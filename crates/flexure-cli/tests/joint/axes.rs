@@ -1,4 +1,4 @@
-//! Several axes of one log, each alone.
+//! Several axes of one log, each identified alone.
 
 use super::common::{Folder, axis};
 use super::{measured, shoulder};

@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::common::{Folder, numbers};
 use super::{REGRESS, column, error, wave};
 
-/// Local bandwidths by plug-in, beside Lepski's.
+/// Local bandwidths by plug-in, in comparison with Lepski's.
 #[test]
 fn local_bandwidths_come_by_either_rule() {
     let folder = wave(1500);

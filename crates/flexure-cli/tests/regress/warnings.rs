@@ -66,7 +66,7 @@ fn a_band_beside_jumps_is_said_to_say_little() {
     assert!(!regressed(x, y, "--band-method none").1.contains(message));
 }
 
-/// In many columns refits take long.
+/// With many columns, refits take long.
 #[test]
 fn in_many_columns_a_band_is_made_only_when_asked_for() {
     let folder = Folder::new();
@@ -82,7 +82,7 @@ fn in_many_columns_a_band_is_made_only_when_asked_for() {
 /// Where one bandwidth is at the edge of those tried, but another estimate is shown, that is said.
 #[test]
 fn an_edge_is_said_of_the_line_it_is_of() {
-    // Each row is predicted best from its copy alone.
+    // Each row is predicted best from only its copy.
     let twice = |v: Vec<f64>| [v.clone(), v].concat();
     let x = uniform(400);
     let mut rng = rng();

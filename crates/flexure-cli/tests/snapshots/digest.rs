@@ -70,7 +70,7 @@ fn sampled(items: &[Value]) -> Value {
     json!({ "length": items.len(), "first": digest(&items[0]), "last": digest(&items[items.len() - 1]) })
 }
 
-/// The numbers in a text, as they stand there.
+/// The numbers in a text, as written there.
 pub fn numbers_in(text: &str) -> String {
     let parts = text.split(|c: char| !(c.is_ascii_alphanumeric() || "+-.".contains(c)));
     let numbers = parts

@@ -122,7 +122,7 @@ pub fn parallel(folder: &Folder) {
     write(folder, "r.csv", &system, white(1500, 8), 0.01);
 }
 
-/// Two inputs, p and q, of which each has a branch; and `z`, a product of both through one pole.
+/// Two inputs, p and q, each with a branch; and `z`, a product of both through one pole.
 pub fn two_inputs(folder: &Folder) {
     let (p, q) = (white(1500, 9), white(1500, 10));
     let mut rng = Pcg64::seed_from_u64(11);
@@ -182,7 +182,7 @@ pub fn arm(folder: &Folder) {
     folder.done("simulate arm.toml -o log.csv");
 }
 
-/// The log of an arm whose shoulder alone moves.
+/// The log of an arm in which only the shoulder moves.
 pub fn shoulder(folder: &Folder) {
     let tail = ARM_TAIL
         .replace("[40.0, 20.0]", "8.0")

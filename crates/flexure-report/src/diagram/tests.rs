@@ -49,7 +49,7 @@ fn all() -> Vec<Flow> {
     ]
 }
 
-/// All coordinates of a path, absolute ones alone; arcs and relative lines stay near to the point before them.
+/// All absolute coordinates of a path. Arcs and relative lines stay near the point before them.
 fn points(d: &str) -> Vec<[f64; 2]> {
     let absolute = d.split(['M', 'L']).filter(|part| !part.is_empty());
     let pair = |part: &str| {

@@ -3,8 +3,8 @@
 //! - A linear block has 1 to 4 poles and as many zeros less one, real or in pairs, of moduli 0.2 to 0.9 (zeros 1.3). It is drawn
 //!   again until its memory is visible: at least 20 % of the impulse response's energy outside its largest coefficient.
 //! - A nonlinearity acts on a signal of zero mean and unit variance. It is drawn again until it is visible: at least 2 % of its
-//!   output's variance is not linear in its input. A Wiener-Hammerstein system has no even nonlinearity: a linear approximation would not see
-//!   it.
+//!   output's variance is not linear in its input. A Wiener-Hammerstein system has no even nonlinearity: a linear approximation would not
+//!   see it.
 //! - The input is white Gaussian, white uniform, or Gaussian of autocorrelation 0.6^k, in turn.
 
 use flexure::linear::TransferFunction;

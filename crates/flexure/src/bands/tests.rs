@@ -154,7 +154,7 @@ fn blocks_see_the_dependence_that_others_miss() {
         "{printed}"
     );
     let ratio = blocks / naive;
-    assert!(ratio > 1.8 && ratio < 2.8, "{ratio}"); // root of 5.67: 2.38, of which blocks lose some
+    assert!(ratio > 1.8 && ratio < 2.8, "{ratio}"); // root of 5.67: 2.38; blocks lose a part of it
 }
 
 #[test]
@@ -231,7 +231,7 @@ fn two_columns_weights_threads_and_blocks_of_one() {
         assert_eq!(one, run(3, scheme));
         assert!(one.x == at && one.lower[0] < 0.25 && 0.25 < one.upper[0], "{one:?}");
     }
-    // Blocks of one point are pairs, but for the limit on the degrees of freedom.
+    // Blocks of one point are pairs, except for the limit on the degrees of freedom.
     assert_eq!(run(1, Scheme::Pairs).standard_error, run(1, SCHEMES[2]).standard_error);
 }
 

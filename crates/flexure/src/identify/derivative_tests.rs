@@ -1,4 +1,4 @@
-//! Derivatives beside central differences.
+//! Derivatives in comparison with central differences.
 
 /// Asserts that every column of a Jacobian is the derivative of the residuals with respect to its parameter.
 pub fn assert_derivatives(p: &[f64], jacobian: &[Vec<f64>], residuals: impl Fn(&[f64]) -> Vec<f64>) {

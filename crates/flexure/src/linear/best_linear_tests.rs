@@ -1,4 +1,4 @@
-//! The levels beside their truth.
+//! The levels in comparison with their truth.
 
 use std::f64::consts::TAU;
 
@@ -91,7 +91,7 @@ fn a_cubic_has_three_times_the_input_power_as_gain_and_its_distortion_is_disting
     let cubic: fn(f64) -> f64 = |u| u * u * u;
     let (realisations, periods) = (24, 2);
     let best = approximated(realisations, periods, cubic, 0.3);
-    // Bussgang: E(u^3 u) / E(u^2) = 3 E(u^2), less three halves of a line's share of it.
+    // Bussgang: E(u^3 u) / E(u^2) = 3 E(u^2), minus three halves of a line's share of it.
     let gain = 3.0 - 1.5 / LINES as f64;
     let truth = |f: f64| gain * system().frequency_response(TAU * f);
     let far = (best.frequency.iter().zip(&best.response).zip(&best.total))
@@ -105,7 +105,7 @@ fn a_cubic_has_three_times_the_input_power_as_gain_and_its_distortion_is_disting
     assert!(quiet.noise.iter().all(|s| *s < 1e-9));
     let (got, want) = (mean_square(&best.distortion), mean_square(&quiet.distortion));
     assert!((got / want - 1.0).abs() < 0.1, "{got} {want}");
-    // Without noise all that differs is distortion.
+    // Without noise, all differences are distortion.
     let alone = realisations as f64 * mean_square(&quiet.total);
     assert!((alone / want - 1.0).abs() < 1e-9, "{alone} {want}");
 }

@@ -1,4 +1,4 @@
-//! Filters, splines and trends beside SciPy: `scripts/reference/preparation.py` made the values.
+//! Filters, splines and trends in comparison with SciPy: `scripts/reference/preparation.py` made the values.
 
 use super::{Grid, LowPass, Resampling, Trend};
 

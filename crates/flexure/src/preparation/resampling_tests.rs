@@ -199,7 +199,7 @@ fn instants_of_a_grid_are_short_decimals() {
     }
     assert_eq!(Grid::over([0.0, 0.3], 0.1).unwrap().samples, 4);
     assert_eq!(Grid::over([0.0, 0.299], 0.1).unwrap().samples, 3);
-    // Of any other step the instants are right to rounding.
+    // For any other step the instants are right up to rounding.
     let third = grid(1.0, 1.0 / 3.0, 10);
     assert!((third.instant(9) - 4.0).abs() < 1e-14);
     assert!((grid(0.0, 2.5, 5).instant(4) - 10.0).abs() < 1e-14);
@@ -233,7 +233,7 @@ fn a_low_pass_shifts_nothing() {
 }
 
 proptest! {
-    /// Time's direction does not matter, nor do scale and offset of the signal.
+    /// The direction of time does not matter, and neither do the scale and the offset of the signal.
     #[test]
     fn a_low_pass_is_linear_and_symmetric(x in prop::collection::vec(-1.0..1.0_f64, 2..80), scale in -5.0..5.0_f64) {
         let filter = |x: &[f64]| LowPass { cutoff: 7.0, order: 6 }.filter(x, 0.02).unwrap();

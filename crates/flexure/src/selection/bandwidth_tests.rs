@@ -233,7 +233,7 @@ fn binned_scores_are_near_the_exact_ones() {
     for (binned, exact) in binned_scores(method, &far, &y, &bandwidths).iter().zip(&exact) {
         assert!((binned.error / exact.error - 1.0).abs() < 1e-3, "{binned:?} {exact:?}");
     }
-    // Several parts, whatever the number of threads.
+    // Several parts, for any number of threads.
     let scores = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| binned_scores(method, &x, &y, &bandwidths))

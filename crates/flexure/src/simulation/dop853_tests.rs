@@ -46,7 +46,7 @@ fn the_error_falls_with_the_eighth_power_of_the_step() {
 
 #[test]
 fn weights_and_nodes_are_consistent() {
-    // A step on x' = p(t) is exact for polynomials up to degree 7, whatever the stage weights.
+    // A step on x' = p(t) is exact for polynomials up to degree 7, for any stage weights.
     for degree in 0..=7 {
         let f = |t: f64, _: &[f64; 1]| [t.powi(degree)];
         let x = step(&f, 0.0, &[0.0], &f(0.0, &[0.0]), 1.0).x[0];
@@ -92,7 +92,7 @@ fn the_step_size_survives_samples_and_restarts() {
         }
         solver.statistics()
     };
-    // With intervals much shorter than a step, one step an interval and nothing rejected.
+    // With intervals much shorter than a step, each interval takes one step, and none is rejected.
     let cost = run(1000, true);
     assert!(cost.accepted < 1020 && cost.rejected == 0, "{cost:?}");
     assert!(run(20, false).accepted < 2 * run(1, false).accepted + 20);

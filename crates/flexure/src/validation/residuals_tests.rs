@@ -32,7 +32,7 @@ fn tolerance(runs: u64) -> f64 {
     3.0 * (LEVEL * (1.0 - LEVEL) / runs as f64).sqrt()
 }
 
-/// Five standard deviations of a share of 1 % over `runs`, of which 30 such comparisons exceed none by chance.
+/// Five standard deviations of a share of 1 % over `runs`. None of 30 such comparisons exceeds them by chance.
 fn far(runs: u64) -> f64 {
     5.0 / 3.0 * tolerance(runs)
 }
@@ -180,7 +180,7 @@ fn dependence_is_found() {
         (e, u)
     };
     assert!(rejections(TestKind::SquaredInputIndependence, 50, even) > 0.95);
-    // A saturation before a slow pole, of which a linear model keeps the linear part: no other test sees it.
+    // A saturation before a slow pole. A linear model covers its linear part; no other test sees the rest.
     let odd = |seed| {
         let u = white(2 * seed, 400);
         let slope = u.iter().map(|u| u * u.clamp(-0.7, 0.7)).sum::<f64>() / u.iter().map(|u| u * u).sum::<f64>();

@@ -1,14 +1,14 @@
-//! One test of a residual: its limit, its p-value, and the size of what it sees.
+//! One test of a residual: its limit, its p-value, and the size of the effect that it finds.
 
 use serde::{Deserialize, Serialize};
 
 use crate::distributions::{chi_squared_above, chi_squared_quantile, fisher_above, fisher_quantile};
 use crate::text::percent;
 
-/// Beyond so many degrees of freedom Fisher's distribution is chi-squared.
+/// From this number of degrees of freedom on, Fisher's distribution is taken as chi-squared.
 const LARGE: f64 = 1e4;
 
-/// What a test asks.
+/// The question of a test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TestKind {
     /// Is the residual white?
@@ -53,7 +53,7 @@ impl TestKind {
 /// A test's outcome.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResidualTest {
-    /// What was asked.
+    /// The question.
     pub kind: TestKind,
     /// Nearly chi-squared under the hypothesis.
     pub statistic: f64,
@@ -65,33 +65,33 @@ pub struct ResidualTest {
     pub p_value: f64,
     /// The level at which `limit` rejects: this test's share of the joint level.
     pub level: f64,
-    /// The size of what the test sees, whatever the number of samples: the share of the variance of the signal under test that its
-    /// regression explains, less what it would explain by chance; from 0 to 1. It is $R^2$, adjusted for the number of regressors
-    /// (Ezekiel 1930), where that signal is white. The signal is the residual; of
-    /// [`SquaredIndependence`](TestKind::SquaredIndependence) the ranks of its squares.
+    /// The size of the effect that the test finds, from 0 to 1. It does not depend on the number of samples: it is the share of the
+    /// signal's variance that the regression explains, minus the share that it would explain by chance. If the signal is white, it is
+    /// $R^2$, adjusted for the number of regressors (Ezekiel 1930). The signal is the residual; for
+    /// [`SquaredIndependence`](TestKind::SquaredIndependence) it is the ranks of its squares.
     pub effect: f64,
 }
 
-/// What a test computed.
+/// The values that a test computed.
 pub(super) struct Observed {
     /// Nearly chi-squared with `terms` degrees of freedom.
     pub statistic: f64,
     /// The number of squares in it.
     pub terms: usize,
-    /// The share of the signal's variance that the fit has, chance included.
+    /// The share of the signal's variance that the fit explains, including chance.
     pub explained: f64,
 }
 
-/// What a model was estimated from.
+/// The size of a model's estimation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Estimated {
-    /// The number of its parameters.
+    /// The number of the model's parameters.
     pub parameters: usize,
     /// The samples that they were fitted to.
     pub samples: usize,
 }
 
-/// What the parameters' own error adds to a sum of squares on fresh samples.
+/// The amount that the parameters' own error adds to a sum of squares on fresh samples.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Inflation {
     /// The number of terms that it adds to.
@@ -101,7 +101,7 @@ pub(super) struct Inflation {
 }
 
 impl Estimated {
-    /// What the parameters' own error adds to so many terms.
+    /// The amount that the parameters' own error adds to this number of terms.
     pub(super) fn inflation(self, fresh: usize, terms: usize) -> Inflation {
         Inflation {
             terms: self.parameters.min(terms) as f64,
@@ -139,7 +139,7 @@ impl ResidualTest {
                 chi_squared_above(statistic / factor, degrees),
             )
         };
-        // Of the statistic, `mean` comes about by chance. 1 - m/statistic times R^2 is the adjusted R^2.
+        // The part `mean` of the statistic is due to chance. 1 - m/statistic times R^2 is the adjusted R^2.
         let beyond_chance = (1.0 - mean / statistic).max(0.0);
         ResidualTest {
             kind,
@@ -152,10 +152,10 @@ impl ResidualTest {
         }
     }
 
-    /// The share of the residual's variance that depends on what the test regresses on.
+    /// The share of the residual's variance that depends on the test's regressors.
     ///
-    /// It is the [`effect`](Self::effect), of squares its root: a part with the share s of a normal signal's variance has the share
-    /// s^2 of its square's.
+    /// It is the [`effect`](Self::effect); for squares it is its root. A part with the share s of a normal signal's variance has the share
+    /// s^2 of the variance of the square.
     pub fn dependent_share(&self) -> f64 {
         match self.kind {
             TestKind::SquaredIndependence => self.effect.sqrt(),
@@ -163,7 +163,7 @@ impl ResidualTest {
         }
     }
 
-    /// How much depends on what, as the test sees it: "12 % of the error's variance depends on the input".
+    /// The finding in words: "12 % of the error's variance depends on the input".
     pub fn finding(&self) -> String {
         let size = percent(self.effect);
         match self.kind {
@@ -190,7 +190,7 @@ impl ResidualTest {
         }
     }
 
-    /// Whether the hypothesis survived.
+    /// Whether the test does not reject the hypothesis.
     pub fn passed(&self) -> bool {
         self.statistic <= self.limit
     }

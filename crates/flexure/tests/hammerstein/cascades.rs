@@ -14,7 +14,7 @@ use super::robustness::{Case, case, simulate};
 
 /// Cases that run unless the environment names another number.
 const CASES: u32 = 10;
-/// No fit of so few samples may take longer, on whatever machine.
+/// No fit of so few samples may take longer, on any machine.
 const PATIENCE: Duration = Duration::from_secs(300);
 
 /// Whether all linear blocks are stable and everything is finite.

@@ -32,8 +32,9 @@ fn kinks_and_jumps_are_found_where_they_are() {
     assert!(found(KnownNonlinearity::Cubic).is_empty());
 }
 
-/// The places of a dead zone's kinks beside their standard errors, as the normal distribution has them: under a white input, and under one that is
-/// held for 7 samples, where the kinks lie between its values and not at one of them. The bounds are three deviations of a share of 90.
+/// The errors of the places of a dead zone's kinks, divided by their standard errors, follow the normal distribution: under a white input,
+/// and under one that is held for 7 samples. The kinks lie between its values and not at one of them. The bounds are three deviations of a
+/// share of 90.
 #[test]
 fn kinks_are_as_near_as_their_standard_errors_say() {
     let [damped, _] = known_linear_parts();
@@ -76,15 +77,15 @@ fn a_held_input_shows_the_kinks_and_no_jumps() {
         let found = breakpoints(&result);
         let near = |at: f64| found.iter().any(|b| (b.at - at).abs() < 0.08);
         assert!(near(-0.8) && near(0.8), "{hold} {seed}: {found:?}");
-        // Of 150 levels the dead zone may be drawn with smooth pieces.
+        // With 150 levels the dead zone may be drawn with smooth pieces.
         let most = if hold == 20 { 10 } else { 4 };
         assert!(found.len() <= most, "{hold} {seed}: {found:?}");
         assert!(found.iter().all(|b| b.kind != Value::Text("jump".into())), "{found:?}");
     }
 }
 
-/// A dead zone under 150 values that are held: no sample may lie between one of its kinks and a second one beside it. Then the place of neither is
-/// determined, and one of the two is needless.
+/// A dead zone under 150 values that are held. If no sample lies between one of its kinks and a second kink next to it, neither place is
+/// determined, and one of the two is superfluous.
 #[test]
 fn kinks_that_no_sample_separates_are_one() {
     let linear = filter(&[0.0, 0.5, 0.2], &[1.0, -0.9, 0.3]);

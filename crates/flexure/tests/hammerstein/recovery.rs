@@ -168,7 +168,7 @@ fn a_static_system_has_order_zero() {
 
 #[test]
 fn the_band_covers_the_mean_estimate_at_its_level() {
-    // 95 % pointwise for the variance alone: against the mean estimate over many records, which has the same bias.
+    // The pointwise 95 % are for the variance only. So the truth here is the mean estimate over many records, which has the same bias.
     let linear = filter(&[1.0], &[1.0, -0.5]);
     let results: Vec<Identification> = (0..60)
         .map(|seed| {
@@ -185,7 +185,7 @@ fn the_band_covers_the_mean_estimate_at_its_level() {
         .collect();
     let (mut inside, mut all) = (0, 0);
     for x in [-1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5] {
-        // In the regression's own scale: the gain's and the level's scatter are not the band's business.
+        // In the regression's own scale: the band does not include the scatter of the gain and the level.
         let own = |r: &Identification| {
             let gain = impulse(r).values[0];
             let i = curve(r).x().partition_point(|&v| v < x);

@@ -1,4 +1,4 @@
-//! The refined identification: near what knowledge of the linear part allows, with honest standard errors.
+//! The refined identification is nearly as good as with a known linear part, and its standard errors are right.
 
 use flexure::Error;
 use flexure::error::DataError;

@@ -21,7 +21,7 @@ fn every_estimator_can_be_the_start_and_leads_to_the_same_model() {
         let kinks = breakpoints(&result);
         assert_eq!(kinks.len(), 2, "{start:?}: {kinks:?}");
         let got = error(|x| KnownNonlinearity::DeadZone.value(x), &result);
-        // Knowledge of the linear part and twenty knots allow 0.025 with so many samples.
+        // With this many samples, a known linear part and twenty knots give 0.025.
         assert!(got < 0.025, "{start:?}: {got}");
     }
 }

@@ -147,14 +147,14 @@ fn an_input_of_few_levels_is_named() {
     assert_eq!(curve(&result).x(), [-1.0, 1.0]);
 }
 
-/// The verdict on a prediction that misses a part of the output with so many of its standard deviations, under white noise of another
-/// size.
+/// The verdict on a prediction that misses a part of the output. `misfit` and `noise` are in standard deviations of the output; the noise
+/// is white.
 fn with_misfit(misfit: f64, noise: f64) -> Verdict {
     let (n, filter) = (20_000, filter(&[1.0, 0.4], &[1.0, -0.6]));
     let u = normal(1, n, 1.0);
     let predicted = filter.simulate(&u);
     let (y, e) = (spread(&predicted), normal(2, n, 1.0));
-    // Of u^2 the standard deviation is the root of two.
+    // The standard deviation of u^2 is the root of two.
     let missed = |u: f64| misfit * y * (u * u - 1.0) / 2_f64.sqrt();
     let output: Vec<f64> = (0..n).map(|i| predicted[i] + missed(u[i]) + noise * y * e[i]).collect();
     Verdict::new(&u, &output, &predicted).unwrap()

@@ -201,8 +201,8 @@ fn cells_hardly_change_the_correlations() {
     );
 }
 
-/// Coverage in percent of the pointwise band, averaged over interior points, with its standard error, the same at the left
-/// end of the data's range, and the simultaneous band's.
+/// Coverages in percent, with their standard errors: of the pointwise band averaged over interior points, of the same at the left end of
+/// the data's range, and of the simultaneous band.
 fn coverage(degree: Degree, noise: fn(f64) -> f64) -> [(f64, f64); 3] {
     let m = |x: f64| (3.0 * x).sin();
     let at: Vec<f64> = (0..=20).map(|i| -1.5 + 0.15 * f64::from(i)).collect();
@@ -286,7 +286,7 @@ fn where_nothing_is_known_nothing_is_said() {
     assert!(
         band.lower[0].is_nan() && band.estimate[1].is_nan() && band.upper[1].is_nan() && band.lower[2] < band.upper[2]
     );
-    // Five points of which each is followed exactly tell nothing of the noise.
+    // Five points that are all fitted exactly tell nothing about the noise.
     let exact = fit(
         &[0.0, 1.0, 2.0, 3.0, 4.0],
         &[1.0, 0.0, 2.0, 5.0, 1.0],

@@ -17,8 +17,8 @@ impl<C: Controller, F: FnMut(&C, &Measured, [f64; 2]) + Send> Controller for Wat
     }
 }
 
-/// On the rigid arm that the law is made for, `1/2 s' M s + 1/2 |parameter error|^2 / rate` never grows (Slotine & Li 1987), but for the
-/// sampling: along a run at 1 kHz, at no sample by more than a thousandth of its start.
+/// On the rigid arm that the law is made for, `1/2 s' M s + 1/2 |parameter error|^2 / rate` never grows (Slotine & Li 1987), except for the
+/// effect of sampling: along a run at 1 kHz, at no sample by more than a thousandth of its start.
 #[test]
 fn the_lyapunov_function_of_the_composite_law_falls() {
     let mut parameters: ArmParameters = space_arm(JointKind::Rigid);
@@ -60,8 +60,8 @@ fn the_lyapunov_function_of_the_composite_law_falls() {
     assert!(values[values.len() - 1] < values[0]);
 }
 
-/// The adaptation of the reference's gains stores what the error supplies, but for the squares of its steps: the passivity that the direct
-/// law's stability rests on.
+/// The adaptation of the reference's gains stores the energy that the error supplies, except for the squares of its steps. The stability of
+/// the direct law follows from this passivity.
 #[test]
 fn the_adaptation_of_the_direct_law_is_passive() {
     let arm = Arm::new(space_arm(JointKind::Nonlinear)).unwrap();

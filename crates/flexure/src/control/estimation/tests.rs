@@ -88,6 +88,6 @@ fn fuzzy_rules_find_the_noise_that_a_filter_was_not_told() {
     let (adapted, factor) = share(KalmanFilter::extended(arm(), wrong).unwrap().adaptive());
     eprintln!("{plain} {adapted} {factor}");
     assert!((adapted - 2.0).abs() < 0.5 * (plain - 2.0).abs(), "{plain} {adapted}");
-    // In truth 25; the window's mean is noisy.
+    // The true value is 25; the window's mean is noisy.
     assert!((5.0..125.0).contains(&factor), "{factor}");
 }

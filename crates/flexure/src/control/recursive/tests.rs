@@ -160,7 +160,7 @@ fn a_step_of_friction_is_found_within_the_delay_of_theory() {
         let mut detector = Cusum::new(deviation, 1.0, 1e6).unwrap();
         let change = 4000;
         for k in 0..5000 {
-            // Back and forth, then forwards alone.
+            // Back and forth, then only forwards.
             let at = |k: f64| (0.02 * k).sin() + 0.3 * (0.053 * k).sin() + if k < 3000.0 { 0.0 } else { 1.5 };
             let (before, velocity) = (at(k as f64 - 1.0), at(k as f64));
             let size = if k < change { 1.0 } else { 1.0 + deviation };

@@ -287,9 +287,9 @@ fn a_general_structure_is_superfluous_only_where_a_simpler_one_holds_and_has_the
     let chains = ["wiener-hammerstein", "hammerstein-wiener"];
     let general = ["feedback", "parallel"];
     let after = |size: f64, errors: &[f64], least: f64| superfluous_after("hammerstein", size, errors, &u, least);
-    // White noise is all that can be left: everything more complex is superfluous, whatever else was fitted.
+    // Only white noise can be left: everything more complex is superfluous, no matter what else was fitted.
     assert_eq!(after(10.0, &white, 0.5), [chains, general].concat());
-    // Of a small coloured error a chain may explain more; a loop need not be asked, unless something explained more already.
+    // A chain may explain more of a small coloured error. A loop need not be fitted, unless something already explained more.
     let coloured = filtered(&[1.0], &[1.0, -0.8], &white);
     assert_eq!(after(100.0, &coloured, 1.0), general);
     assert!(after(100.0, &coloured, 0.99).is_empty());
@@ -308,7 +308,8 @@ fn the_simplest_that_is_not_significantly_worse_wins() {
     let (u, e) = (gaussian(2500, 10), gaussian(2500, 11));
     let scaled = |by: f64| -> Vec<f64> { e.iter().map(|e| by * e).collect() };
     let with = |by: f64| [(name("linear"), scaled(by)), (name("wiener-hammerstein"), scaled(1.0))];
-    // Half a percent is significant where the errors are the same but for a factor, and yet as good; five percent is not.
+    // If the errors differ only by a factor, half a percent is significant, yet the two are equally good. Five percent is no longer equally
+    // good.
     assert_eq!(judged_with(&with(1.0025), &u).0, 0);
     assert_eq!(judged_with(&with(1.025), &u).0, 1);
     // Independent errors that differ by chance.

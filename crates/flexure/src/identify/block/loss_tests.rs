@@ -75,7 +75,7 @@ fn every_derivative_of_a_cascade_agrees_with_a_difference() {
         } else {
             cascade(constants)
         };
-        // 3 + 3 of the front, 7 coefficients, two kinks, 2 + 3 of the back less the one that fixes the scale.
+        // 3 + 3 of the front, 7 coefficients, two kinks, 2 + 3 of the back minus the one that fixes the scale.
         let free = 3 + 3 + 7 + 4 + 2 + 3 - 1 + if between { 4 + 3 } else { 0 } + usize::from(!constants);
         check(System::sum(vec![branch]), &data, free);
     }
@@ -95,7 +95,7 @@ fn every_derivative_of_a_sum_agrees_and_a_gain_in_front_is_not_free() {
         branch(&[0.6], &[0.3, -0.4], &[0.1, -0.5, 0.3, 0.8, 0.2]),
         branch(&[], &[0.7], &[0.4, 0.1, -0.3, 1.0, 0.5]),
     ];
-    // Front, nonlinearity, back; the second branch without a front and a level. The backs' numerators are scales alone.
+    // Front, nonlinearity, back; the second branch without a front and a level. The backs' numerators are only scales.
     check(System::sum(branches), &data, (2 + 5 + 2) + (4 + 1));
 }
 

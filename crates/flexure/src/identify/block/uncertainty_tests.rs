@@ -113,7 +113,7 @@ fn a_band_is_straight_between_its_points_and_held_beyond() {
     );
 }
 
-/// A cubic between two poles, in the record's units: bands and standard errors hold the truth as often as they say.
+/// A cubic between two poles, in the record's units: bands and standard errors contain the truth as often as they promise.
 #[test]
 fn bands_of_a_wiener_hammerstein_system_hold_its_curve() {
     let f = |x: f64| 3.0 + 2.0 * x + 0.3 * x * x - 0.1 * x * x * x;
@@ -152,7 +152,7 @@ fn bands_of_a_wiener_hammerstein_system_hold_its_curve() {
         }
     }
     let share = |i: usize| f64::from(inside[i]) / f64::from(all[i]);
-    // Of 12 independent curves, and 24 nearly independent poles.
+    // Counts over 12 independent curves and 24 nearly independent poles.
     assert!(all[1] >= 40 && share(1) >= 0.85, "{inside:?} of {all:?}");
     assert!((0.8..1.0).contains(&share(0)), "{inside:?} of {all:?}");
 }

@@ -95,7 +95,7 @@ fn derivatives_are_differences() {
 #[test]
 fn every_direction_changes_the_output() {
     let data = Observed::of(normal(600, 3), normal(600, 4));
-    // Order n has 4 n parameters beside those of the spline; z = y takes away n + 1.
+    // Order n has 4 n parameters in addition to those of the spline; z = y removes n + 1.
     for (entering, count) in [(Entering::Output, 4 * 2 - 3), (Entering::Hidden, 4 * 2)] {
         let mut system = example(entering);
         system.correction.fill(0.0);
@@ -121,7 +121,7 @@ fn other_coordinates_are_the_same_system() {
     }
 }
 
-/// The model in the record's units runs as the loop does, whatever convention fixes f.
+/// The model in the record's units runs like the loop, for every convention that fixes f.
 #[test]
 fn the_units_change_nothing() {
     let u = normal(400, 5);
@@ -136,7 +136,7 @@ fn the_units_change_nothing() {
         for feeds_back in [1.0, 0.0] {
             let mut system = example(entering);
             system.correction.fill(0.0);
-            // Without a way from w to the states there is no input that holds z.
+            // Without a path from w to the states, no input can hold z.
             system.bw.iter_mut().for_each(|b| *b *= feeds_back);
             system.initial = vec![vec![0.0; 2]];
             let data = Observed::of(u.clone(), normal(400, 6));

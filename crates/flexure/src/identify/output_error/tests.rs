@@ -1,4 +1,4 @@
-//! Fits beside the truth, and the search for orders on simulated systems.
+//! Fits in comparison with the truth, and the search for orders on simulated systems.
 
 use std::ops::ControlFlow;
 
@@ -226,7 +226,7 @@ fn the_terms_of_a_numerator_are_its_polynomial_behind_the_integrators() {
 fn an_exact_integrating_system_is_found_with_its_bias() {
     for d in 1..=2 {
         let data = integrating(d, 300, 0.0);
-        // Of a double integrator, the free run leaves a pole that is hardly seen beside the long swings.
+        // The free run of a double integrator leaves a pole that is hardly visible among the long swings.
         for &criterion in if d == 1 {
             &Criterion::CHOOSING[..]
         } else {
@@ -239,7 +239,7 @@ fn an_exact_integrating_system_is_found_with_its_bias() {
             assert!(close(numerator, &[0.1, 0.02], 1e-5), "{numerator:?}");
             let gain = 0.12 / 0.3;
             let bias = polynomials::bias(*system.trend.last().unwrap(), d, gain);
-            // At one integrator, the motion of 0.01 a sample is one with the bias.
+            // With one integrator, the motion of 0.01 per sample is the same as the bias.
             let expected = if d == 1 { 0.2 + 0.01 / gain } else { 0.2 };
             assert!((bias - expected).abs() < 1e-3, "{bias} {expected}");
         }

@@ -96,7 +96,7 @@ fn noise_that_two_columns_share_is_taken_off() {
     assert!(means[2].1.abs() < 3.0, "{means:?}");
 }
 
-/// Slopes of splines, whose sum is d itself where all coefficients are alike, and of functions.
+/// Slopes of functions, and of splines, whose sum is d itself if all coefficients are equal.
 #[test]
 fn slopes_are_those_of_the_functions() {
     let [d, _] = sines(&[[0.3, 1.1, 0.0], [0.1, 3.7, 1.0]]);

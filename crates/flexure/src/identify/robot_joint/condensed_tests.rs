@@ -7,7 +7,7 @@ use crate::identify::robot_joint::forms::FormName;
 use crate::identify::robot_joint::system::CurveKind;
 use crate::linalg::Complex;
 
-/// A curve of velocity beside an inertia, with a known answer: the condensed minimum is that of the equations themselves.
+/// A curve of the velocity and an inertia, with a known answer: the condensed minimum is that of the equations themselves.
 #[test]
 fn the_minimum_is_that_of_the_equations() {
     let n = 6000;
@@ -60,7 +60,7 @@ fn the_minimum_is_that_of_the_equations() {
         near(lowest.factors[0], 2.0, 0.01);
         near(lowest.factors[1], 0.5, 0.05);
     }
-    // A step in the equations themselves ends at the truth but for the sums' own errors at the velocity's sign changes.
+    // A step in the equations themselves ends at the truth, except for the errors of the sums at the velocity's sign changes.
     let fit = forms.fit(&condensed, &[vec![20.0_f64.ln()]]).unwrap();
     near(fit.curves[0].logs[0].exp(), 8.0, 1e-3);
     near(fit.solution.x[0], 3.0, 1e-3);

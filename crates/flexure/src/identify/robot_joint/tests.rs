@@ -309,7 +309,7 @@ fn a_stiff_joint_is_found_near_the_encoders_noise_and_with_their_skew() {
     }
 }
 
-/// Where g1, g2, g3 and g5 make up for each other no small error may stand beside a wrong value; and true forms agree.
+/// If g1, g2, g3 and g5 compensate each other, no wrong value may have a small error. True forms agree.
 #[test]
 fn what_is_said_of_the_forms_is_true() {
     let joint = space_arm(JointKind::Nonlinear).joints[1];

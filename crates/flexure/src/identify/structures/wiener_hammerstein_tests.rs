@@ -204,7 +204,7 @@ fn a_nonlinearity_between_the_samples_is_found() {
     }
     let gain = result.linear("back").unwrap().static_gain() + between_back.static_gain();
     assert!((gain - 1.0).abs() < 1e-9, "{gain}");
-    // In the record's units, mean and all, the two branches are as good as they were found.
+    // In the record's units, with the mean, the two branches fit as well as at the end of the search.
     let spread = result.verdict.measures.rms / (1.0 - result.verdict.measures.r_squared).sqrt();
     let fresh = result.verdict.measures.rms / spread;
     assert!(fresh < 1.5 * error, "{fresh} {error}");

@@ -64,7 +64,7 @@ fn the_step_of_rounding_is_found() {
         assert!((q.step / step - 1.0).abs() < 1e-6, "{} for {step}", q.step);
         assert_eq!(q.share, 1.0);
     }
-    // In single precision, as many loggers store.
+    // Single precision, as many loggers store it.
     let single: Vec<f64> = rounded(&noise(4000, 5), 0.001, 0.0)
         .iter()
         .map(|x| f64::from(*x as f32))
@@ -103,7 +103,7 @@ fn a_standstill_at_an_extreme_is_seen_on_its_side() {
     assert_eq!((stop.value, stop.samples), (3.0, expected));
     assert_eq!(c.lower_stop, None);
     assert_eq!(column(&smooth).upper_stop, None);
-    // A sine is nearly at rest at its ends, whatever the steps of its converter, but not at one value only.
+    // A sine is nearly at rest at its ends, but not at one value only. The steps of the converter do not change this.
     for steps in [100.0, 1000.0, 12345.0] {
         let sine: Vec<f64> = (0..5000)
             .map(|i| (steps * (f64::from(i) * 0.01).sin()).round())

@@ -5,7 +5,7 @@ use crate::look::{Dependence, Direction, Kind, Relation};
 
 const SAMPLES: usize = 4000;
 
-/// The dependences of two columns, the first of which is column 0.
+/// The dependences of two columns. The first is column 0.
 fn between(a: &[f64], b: &[f64]) -> Vec<Dependence> {
     look_at(&[("a", a), ("b", b)]).dependences
 }
@@ -118,8 +118,8 @@ fn an_even_nonlinearity_shows_in_the_square() {
     assert_eq!(found.coherent, 0.0);
 }
 
-/// All tests together err in at most 1 % of the records, whatever the columns are like: of 300 records more than eight would have a
-/// probability of 0.4 %.
+/// All tests together are wrong in at most 1 % of the records, for any kind of columns. More than eight of 300 records have a probability
+/// of 0.4 %.
 #[test]
 fn independent_columns_are_seldom_said_to_depend() {
     type Make = fn(u64) -> Vec<f64>;

@@ -34,7 +34,7 @@ fn times(factor: f64, x: &[f64]) -> Vec<f64> {
     x.iter().map(|x| factor * x).collect()
 }
 
-/// The signal so many samples later, with zeros before.
+/// The signal, later by this number of samples, with zeros before it.
 fn later(samples: usize, x: &[f64]) -> Vec<f64> {
     std::iter::repeat_n(0.0, samples)
         .chain(x.iter().copied())
@@ -47,7 +47,7 @@ fn look_at(columns: &[(&str, &[f64])]) -> Look {
     look(&record, None, None).unwrap()
 }
 
-/// What a look says of two columns does not depend on their units, but for what has one.
+/// The findings about two columns do not depend on their units, except for values with a unit.
 #[test]
 fn units_and_offsets_change_nothing() {
     let u = noise(3000, 1);

@@ -1,4 +1,4 @@
-//! What every estimator must do alike.
+//! The requirements on every estimator.
 
 use proptest::prelude::*;
 
@@ -245,7 +245,7 @@ fn too_few_distinct_abscissas_are_named() {
         .fit(&[&[1.0; 4]], &[1.0; 4], None)
         .unwrap_err();
     assert!(error.to_string().contains("'x' is constant"), "{error}");
-    // Two clusters tell no polynomial of degree 3 apart, whatever the number of points.
+    // Two clusters do not determine a polynomial of degree 3, for any number of points.
     let unpenalised = SplineRegression {
         penalty: Choice::Fixed(0.0),
         ..Default::default()
@@ -361,7 +361,7 @@ fn kernels_come_through_the_common_interface() {
     assert_eq!(two, "a kernel regression takes 1 column, but 2 were given");
 }
 
-/// The example of CONTRIBUTING.md, as it stands there.
+/// The example of CONTRIBUTING.md, as written there.
 #[test]
 fn the_worked_example_is_an_estimator() {
     use super::super::regressogram::Regressogram;

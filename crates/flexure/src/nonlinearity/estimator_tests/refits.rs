@@ -96,7 +96,7 @@ fn of_the_haar_series() {
             let keep = x.iter().enumerate().filter(|(j, _)| *j != i);
             let (low, high) = keep.fold((9.0_f64, -9.0_f64), |(l, h), (_, x)| (l.min(*x), h.max(*x)));
             if low > -1.0 || high < 1.9 {
-                // The range would change: the mean over the smallest dyadic interval with other points.
+                // The range would change. So the prediction is the mean over the smallest dyadic interval with other points.
                 want += w[i] * by_hand(&x, &y, &others, candidate.parameter, x[i], y[i]).powi(2) / total;
             } else {
                 let fit = method.fit(&[&x], &y, Some(&others)).unwrap();

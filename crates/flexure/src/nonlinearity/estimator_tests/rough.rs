@@ -53,8 +53,8 @@ fn rough_data_are_summed_as_directly() {
         .collect();
     close("neighbours", &about(neighbours.predict(&[&at]).unwrap()), &want, 1e-9);
 
-    // Least squares on the same functions, by a QR decomposition of columns of one size. Of a few far points and many
-    // near ones both lose as many digits as the condition number has; in the cluster and the ties, none.
+    // Least squares on the same functions, by a QR decomposition of columns of one size. For a few far points and many near ones, both lose
+    // as many digits as the condition number has. For the cluster and the ties they lose none.
     for (reach, tolerance) in [(f64::INFINITY, 1e-7), (2.5, 1e-9)] {
         let kept: Vec<usize> = (0..x.len()).filter(|&i| x[i].abs() < reach).collect();
         let of = |v: &[f64]| kept.iter().map(|&i| v[i]).collect::<Vec<f64>>();
@@ -74,7 +74,7 @@ fn rough_data_are_summed_as_directly() {
     }
 }
 
-/// The mean less 1e6 over the smallest of the cells 1/64, 1/32, ... of the range around `q` that has data.
+/// The mean minus 1e6, over the smallest of the cells 1/64, 1/32, ... of the range around `q` that has data.
 fn dyadic_mean(x: &[f64], y: &[f64], (low, high): (f64, f64), q: f64) -> f64 {
     for level in (0..=6).rev() {
         let cells = f64::from(1 << level);
@@ -90,7 +90,7 @@ fn dyadic_mean(x: &[f64], y: &[f64], (low, high): (f64, f64), q: f64) -> f64 {
     f64::NAN
 }
 
-/// The mean less 1e6 over the `k` nearest; of those at the same distance all, with equal shares.
+/// The mean minus 1e6, over the `k` nearest. All points at the same distance count, with equal shares.
 fn nearest_mean(x: &[f64], y: &[f64], q: f64, k: f64) -> f64 {
     let mut all: Vec<(f64, f64)> = x.iter().zip(y).map(|(x, y)| ((x - q).abs(), y - 1e6)).collect();
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -121,7 +121,7 @@ fn on_unit(name: &str, u: f64) -> Vec<f64> {
     }
 }
 
-/// The least-squares fit to y less 1e6, at `at`.
+/// The least-squares fit to y minus 1e6, at `at`.
 fn projected(x: &[f64], y: &[f64], (low, high): (f64, f64), at: &[f64], f: impl Fn(f64) -> Vec<f64>) -> Vec<f64> {
     let unit = |x: f64| (2.0 * x - low - high) / (high - low);
     let count = f(0.0).len();

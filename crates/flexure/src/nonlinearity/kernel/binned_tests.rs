@@ -51,7 +51,7 @@ fn bins_are_those_of_their_points() {
     }
 }
 
-/// Of columns that are rounded to a step, many values lie on the bins' edges.
+/// If columns are rounded to a step, many values lie on the bins' edges.
 #[test]
 fn rounded_abscissas_have_one_bin_each_at_most() {
     for (values, step, per_bandwidth) in [
@@ -81,7 +81,7 @@ fn scores_are_near_the_exact_ones() {
     let even: Vec<f64> = (0..40_000).map(|_| rng.random_range(-2.0..2.0)).collect();
     // Dense in the middle, then fewer and fewer, and far from one another in the end.
     let tails: Vec<f64> = (even.iter()).map(|u| (0.5 * u).atanh().clamp(-6.0, 6.0)).collect();
-    // Nothing in the middle, and a few alone there.
+    // A gap in the middle, with a few single points in it.
     let gap: Vec<f64> = (even.iter().enumerate())
         .map(|(i, u)| if i % 10_000 == 7 { 0.3 * u } else { u + 0.7 * u.signum() })
         .collect();
@@ -92,7 +92,7 @@ fn scores_are_near_the_exact_ones() {
         let [x, y] = noisy(x);
         let data = Sorted::new(&x, &y, None);
         let bandwidths = [0.02, 0.05, 0.08, 0.2, 0.45, 1.1];
-        // With few values to a bin it matters for the uniform kernel in which a window ends.
+        // With few values in a bin, the bin in which a window ends matters for the uniform kernel.
         for kernel in KERNELS
             .into_iter()
             .filter(|kernel| name != "rounded" || *kernel != Kernel::Uniform)

@@ -1,4 +1,4 @@
-//! The fast Gauss transform beside direct sums where the data's extent is very many bandwidths.
+//! The fast Gauss transform in comparison with direct sums, for data that extend over very many bandwidths.
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;

@@ -243,7 +243,7 @@ fn bad_data_are_refused() {
     assert!(said(&[&x], &x, Some(&[1.0, 1.0, -1.0, 1.0])).contains("the weight of sample 2"));
 }
 
-/// The plug-in rule's root mean squared error over seeds beside that of one bandwidth.
+/// The root mean squared error over seeds of the plug-in rule, and that of one bandwidth.
 fn plugged_in(seeds: u64, n: usize, m: impl Fn(f64) -> f64 + Copy) -> [f64; 2] {
     let grid: Vec<f64> = (0..4001).map(|i| -1.9 + 3.8 * (f64::from(i) + 0.37) / 4001.0).collect();
     let mut sums = [0.0; 2];
@@ -372,7 +372,7 @@ fn by_plug_in_straight_lines_and_degenerate_data_give_an_estimate() {
     );
 }
 
-/// The error of prediction is that of points, also where there are so many that groups stand for them.
+/// The error of prediction is that of points, also if there are so many that groups replace them.
 #[test]
 fn the_error_of_prediction_has_the_noise_in_it() {
     let (x, y) = noisy(31, 200_000, f64::signum);

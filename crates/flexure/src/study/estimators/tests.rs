@@ -23,7 +23,7 @@ fn every_estimator_converges_at_its_rate() {
     let table = run(estimator_settings(), &[256, 2048, 16_384], 60);
     for r in &table.results {
         assert!(r.points.iter().all(|p| p.missing == 0), "{table}");
-        // Eight times the points are no use at all where an estimate has run wild, whatever the fit's weights say.
+        // If an estimate has run wild, eight times as many points do not help, and the fit's weights do not show it.
         assert!(r.points.windows(2).all(|w| w[1].rms < 0.9 * w[0].rms), "{table}");
         assert!(r.agrees, "{table}");
         // Wide intervals agree with anything.

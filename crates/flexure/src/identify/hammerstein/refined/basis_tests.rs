@@ -97,7 +97,7 @@ fn few_levels_are_cells_of_their_own() {
     assert!(Cells::new(&[1.0, 2.0]).levels(1).is_none());
 }
 
-/// With levels 1 apart, a kink at 0.7 and one at 0.5 with a jump are the same to every sample. The jump is not reported.
+/// The levels are 1 apart. So a kink at 0.7, and a kink at 0.5 with a jump, are the same at every sample. The jump is not reported.
 #[test]
 fn a_kink_between_two_levels_needs_no_jump() {
     let u: Vec<f64> = (0..700).map(|i| f64::from(i % 7) - 3.0).collect();

@@ -28,7 +28,7 @@ fn squares_on(chosen: &[usize], y: &[f64], columns: &[Vec<f64>]) -> f64 {
         .sum()
 }
 
-/// Equal but for rounding; gains and losses are differences of sums of squares about this large.
+/// Equal except for rounding. Gains and losses are differences of sums of squares of about this size.
 fn close(a: f64, b: f64, squares: f64) -> bool {
     (a - b).abs() < 1e-8 * squares
 }

@@ -63,7 +63,7 @@ fn the_equations_are_those_of_numerical_derivatives() {
                 q[i] += h;
                 white(&model.with(&q))
             };
-            // Of the prediction, not of the error.
+            // The derivative of the prediction, not of the error.
             let (up, down) = (shifted(1e-5), shifted(-1e-5));
             up.iter().zip(&down).map(|(u, d)| -(u - d) / 2e-5).collect()
         })

@@ -13,7 +13,7 @@ fn a_torque_clipped_before_its_noise_and_angles_in_degrees_are_said() {
             .findings
             .iter()
             .any(|f| matches!(f, Finding::ClippedTorque { .. }));
-        // What a clipped torque makes wrong has no standard error.
+        // A quantity that a clipped torque makes wrong has no standard error.
         assert_eq!(clipped, found.inertia.standard_error.is_nan());
         for form in &found.friction.forms {
             assert!(!clipped || form.parameters.iter().all(|p| !p.identifiable), "{form:?}");
@@ -25,13 +25,13 @@ fn a_torque_clipped_before_its_noise_and_angles_in_degrees_are_said() {
         let clipped: Vec<f64> = torque.iter().map(|t| t.clamp(-limit, limit)).collect();
         assert!(is_clipped(&noisy(&clipped, 0.05, seed)), "at {limit}");
     }
-    // The peaks of a sine are none, nor are levels.
+    // The peaks of a sine are not clipped, and neither are levels.
     let sine: Vec<f64> = (0..20_000).map(|i| 8.0 * (0.002 * f64::from(i)).sin()).collect();
     let levels: Vec<f64> = (0..20_000).map(|i| f64::from((i / 500 * 3) % 7)).collect();
     for torque in [sine, levels] {
         assert_eq!(super::checks::clipped(&noisy(&torque, 0.05, 4)), None);
     }
-    // Nor are those of a low-crest multisine, of which many are as high; this one was taken for clipped.
+    // Many peaks of a low-crest multisine are equally high, but they are not clipped. This one was once taken for clipped.
     for seed in 1..=8 {
         let low_crest = Phases::LowCrest { seed };
         let multisine = multisine(60_000, 0.001, 40.0, 0.05, 3.0, low_crest).unwrap();
@@ -112,13 +112,13 @@ fn bad_logs_are_refused_or_remarked_on() {
         "{:?}",
         found.findings
     );
-    // Friction and offset are alike: no form has a size of either.
+    // Friction and offset cannot be distinguished: no form has a size of either.
     for symbol in ["Fc", "Fs", "F0", "g4"] {
         for p in found.friction.forms.iter().filter_map(|f| f.parameter(symbol)) {
             assert!(!p.identifiable && p.standard_error.is_nan(), "{p:?}");
         }
     }
-    // A slope alone has no size.
+    // A form that is only a slope has no size.
     let smooth = found
         .friction
         .forms

@@ -86,7 +86,7 @@ fn an_arm_is_found_as_a_whole() {
     }
 }
 
-/// Errors at neighbouring points are alike, and so single runs lie far apart: four runs, and all of their curves.
+/// Errors at neighbouring points are similar, so single runs differ much. Therefore all curves of four runs count.
 #[test]
 fn bands_cover_the_truth() {
     let joint = space_arm(JointKind::Nonlinear).joints[0];

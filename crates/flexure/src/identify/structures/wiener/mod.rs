@@ -5,8 +5,8 @@
 //!
 //! 1. best linear approximations of orders 1 to 10; for a Gaussian input they are G up to scale (Bussgang's theorem);
 //! 2. impulse responses from conditional moments of the input: the dominant directions of its covariance weighted by the output
-//!    and by the output's square (Li 1992), and of its mean given the output (Greblicki 1992; Li 1991). The best of them, if it is better than
-//!    the linear approximations, is refined as a finite impulse response, then imitated by rational blocks;
+//!    and by the output's square (Li 1992), and of its mean given the output (Greblicki 1992; Li 1991). The best of them, if it is better
+//!    than the linear approximations, is refined as a finite impulse response, then imitated by rational blocks;
 //! 3. the best starts refined by Levenberg-Marquardt on the simulation error over all parameters of both blocks, f a cubic spline
 //!    with breakpoints where it is rough;
 //! 4. poles, numerator coefficients and pieces added and taken away while Schwarz's criterion falls; kinks, with places of their

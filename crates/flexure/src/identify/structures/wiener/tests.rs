@@ -161,7 +161,7 @@ fn units_and_offsets_do_not_matter_and_neither_does_the_run() {
         (exact.tried.len(), exact.linear("linear").unwrap().a()),
         (first.tried.len(), first.linear("linear").unwrap().a())
     );
-    // Otherwise rounding may lead to a piece more or less, but not to another system.
+    // In the other cases rounding may add or remove a piece, but it does not lead to another system.
     let noise = 0.01 * variance(y).sqrt();
     for (gain_in, offset_in, gain_out, offset_out) in [(1e9, 3e9, 1e-9, -2e-9), (1e-9, 0.0, -1e9, 5e9)] {
         let other = moved(gain_in, offset_in, gain_out, offset_out);

@@ -181,7 +181,7 @@ fn the_search_reports_what_it_did_and_depends_on_nothing_else() {
     let best = compared.clone().map(|s| s.score).fold(f64::INFINITY, f64::min);
     let chosen = compared.clone().find(|s| s.bandwidths == one.bandwidths).unwrap();
     assert!(chosen.score <= best * (1.0 + 1e-6) && !one.at_edge);
-    // What is scored is what it says.
+    // The scores are those of the estimates that they name.
     let fixed = KernelEstimator {
         bandwidth: Bandwidth::Fixed(one.bandwidths.clone()),
         ..method.clone()

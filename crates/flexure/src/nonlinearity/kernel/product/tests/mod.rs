@@ -154,7 +154,7 @@ impl Direct<'_> {
         };
         let slopes = linalg::least_squares(&rows, columns.len(), &rhs).unwrap();
         let value = mean + slopes.iter().zip(&columns).map(|(b, c)| b * c.1).sum::<f64>();
-        // Far from the points the ordinates' last digits count as often as there are standard deviations.
+        // Far from the points, the rounding of the ordinates grows with the distance in standard deviations.
         let far = columns.iter().map(|c| c.1.abs()).fold(0.0, f64::max);
         Some((value, smallest * (10.0 / far).min(1.0)))
     }

@@ -148,7 +148,7 @@ fn a_far_gaussian_window_sees_the_nearest_points() {
     let got = fit
         .predict(&[&[14.0, 16.0, -30.0, -40.0], &[0.0, 0.0, 0.5, 0.0]])
         .unwrap();
-    // exp(-98) is far less than exp(-128), and still counts: 1 and 2 share by exp(-1/2).
+    // The weights are tiny and still count: 1 and 2 share by exp(-1/2).
     let near = (1.0 + 2.0 * (-0.5_f64).exp()) / (1.0 + (-0.5_f64).exp());
     assert!((got[0] - near).abs() < 1e-12, "{got:?}");
     assert!((got[1] - 5.0).abs() < 1e-11 && (got[2] - 1.5).abs() < 1e-14, "{got:?}");
