@@ -17,7 +17,7 @@ from sklearn.exceptions import NotFittedError
 
 from flexure import _records as records
 from flexure._arrays import whole
-from flexure._core import FlexureError, Identification, Model, ParameterError
+from flexure._core import FlexureError, Identification, Model, ParameterError, structures
 from flexure._files import blocks_of
 from flexure._html import html
 from flexure.results import Block, Branch, Comparison, FormTest, LinearPart, Verdict, block_of, frame
@@ -105,8 +105,6 @@ class System(BaseEstimator):  # type: ignore[misc]
     """
 
     _structure: ClassVar[str] = ""
-    _several: ClassVar[bool] = False
-    _one_or_several: ClassVar[bool] = False
 
     def __init__(self, *, fresh: float = 0.25, robust: bool = False) -> None:
         self.fresh = fresh
@@ -146,7 +144,8 @@ class System(BaseEstimator):  # type: ignore[misc]
         KeyboardInterrupt
             On Ctrl-C. The work has then ended.
         """
-        several = self._several or self._one_or_several and records.has_several_inputs(u, input)
+        row = next(row for row in structures() if row.name == self._structure)
+        several = row.several_inputs and (not row.single_input or records.has_several_inputs(u, input))
         if records.is_several(u) and not several:
             outputs = [None] * len(u) if y is None else list(y)
             if len(outputs) != len(u):

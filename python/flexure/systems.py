@@ -178,7 +178,6 @@ class Linear(System):
     """
 
     _structure = "linear"
-    _one_or_several = True
 
 
 class Wiener(System):
@@ -301,7 +300,6 @@ class Auto(System):
     """
 
     _structure = "auto"
-    _one_or_several = True
 
 
 class Parallel(System):
@@ -350,7 +348,6 @@ class MultipleInputs(System):
     """
 
     _structure = "multiple-inputs"
-    _several = True
 
 
 class JointInputs(System):
@@ -365,7 +362,6 @@ class JointInputs(System):
     """
 
     _structure = "joint-inputs"
-    _several = True
 
 
 def _generated(structure: Structure) -> type[System]:
@@ -380,7 +376,7 @@ def _generated(structure: Structure) -> type[System]:
     robust : bool
         Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
     """
-    own = {"__doc__": text, "__module__": __name__, "_structure": structure.name, "_several": structure.several_inputs}
+    own = {"__doc__": text, "__module__": __name__, "_structure": structure.name}
     return type(name, (System,), own)
 
 

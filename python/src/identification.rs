@@ -229,6 +229,12 @@ impl StructureRow {
     fn several_inputs(&self) -> bool {
         self.0.has_several_inputs()
     }
+
+    /// Whether it takes a single input.
+    #[getter]
+    fn single_input(&self) -> bool {
+        self.0.inputs.contains(&1)
+    }
 }
 
 /// All structures.

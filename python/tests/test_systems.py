@@ -46,7 +46,7 @@ CASES = {
     "volterra": (flexure.Volterra(fresh=0.3), ["--structure", "volterra", "--fresh", "0.3"]),
     "multiple-inputs": (flexure.MultipleInputs(), ["--structure", "multiple-inputs"]),
     "joint-inputs": (flexure.JointInputs(), ["--structure", "joint-inputs"]),
-    "static": (flexure.estimator("static")(), ["--structure", "static"]),
+    "static": (flexure.Static(), ["--structure", "static"]),
 }
 
 
@@ -281,7 +281,10 @@ def test_other_structures():
 
 
 def test_every_structure_has_a_class():
-    assert flexure.estimator("wiener") is flexure.Wiener and flexure.estimator("linear").__name__ == "Linear"
+    assert flexure.estimator("static") is flexure.Static
+    assert flexure.estimator("wiener") is flexure.Wiener
+    with pytest.raises(AttributeError, match="has no attribute 'Nothing'"):
+        _ = flexure.Nothing
     with pytest.raises(flexure.ParameterError, match="there is no structure 'none'; the structures are"):
         flexure.estimator("none")
     u = np.random.default_rng(1).uniform(-1, 1, 600)

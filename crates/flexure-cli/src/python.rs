@@ -5,6 +5,7 @@ use std::path::Path;
 
 use flexure::identify::{Calibration, HammersteinMethod, Options, RegressionLag, Structure};
 use flexure::nonlinearity::{EstimatorName, Kernel};
+use flexure::text::capitalised;
 use flexure_io::RecordFile;
 use serde_json::json;
 
@@ -93,25 +94,8 @@ fn has_plain_header(path: &Path, columns: &[&str]) -> bool {
 
 /// The class of a structure, with the options that differ from its defaults; `None` if Python lacks the structure or an option.
 pub fn estimator(structure: &Structure, options: &Options) -> Option<Call> {
-    const CLASSES: [(&str, &str); 11] = [
-        ("linear", "Linear"),
-        ("hammerstein", "Hammerstein"),
-        ("wiener", "Wiener"),
-        ("wiener-hammerstein", "WienerHammerstein"),
-        ("hammerstein-wiener", "HammersteinWiener"),
-        ("parallel", "Parallel"),
-        ("multiple-inputs", "MultipleInputs"),
-        ("joint-inputs", "JointInputs"),
-        ("narx", "NARX"),
-        ("volterra", "Volterra"),
-        ("auto", "Auto"),
-    ];
     let key = structure.name.key;
-    let class = CLASSES.iter().find(|(name, _)| *name == key);
-    let call = match class {
-        Some((_, class)) => Call::new(format!("flexure.{class}")),
-        None => Call::new(format!("flexure.estimator({})", json!(key))),
-    };
+    let call = Call::new(format!("flexure.{}", class(key)));
     let defaults = Options::default();
     let fresh = (options.fresh_share != defaults.fresh_share).then_some(options.fresh_share);
     let call = call.with("fresh", fresh).with("branches", options.branches);
@@ -119,6 +103,14 @@ pub fn estimator(structure: &Structure, options: &Options) -> Option<Call> {
     match key {
         "hammerstein" => hammerstein(call, &options.hammerstein),
         _ => Some(call),
+    }
+}
+
+/// The name of a structure's class: that of the structure without its hyphens, each word with a capital.
+fn class(key: &str) -> String {
+    match key {
+        "narx" => "NARX".to_owned(),
+        _ => key.split('-').map(capitalised).collect(),
     }
 }
 

@@ -32,11 +32,11 @@ mod tests {
     }
 
     #[test]
-    fn names_are_unique_and_complexities_start_at_one() {
+    fn names_are_unique_and_the_linear_structure_is_the_simplest() {
         let keys: Vec<&str> = super::structures().iter().map(|s| s.name.key).collect();
         assert!((0..keys.len()).all(|i| !keys[..i].contains(&keys[i])), "{keys:?}");
-        let simplest = super::structures().iter().filter_map(|s| s.complexity).min();
-        assert_eq!(simplest, Some(1));
+        let simplest = super::structures().iter().filter_map(|s| s.rank).min();
+        assert_eq!(simplest, Some(crate::identify::request::Rank::Linear));
         assert!(super::Structure::by_name("none").is_none());
     }
 }

@@ -1,11 +1,11 @@
 //! Which of the candidates the fresh samples support: tests and comparisons, no fits.
 
-use super::limits::{CUT, GENERAL, TOLERATED_SHARE};
+use super::limits::{CUT, TOLERATED_SHARE};
 use super::remainder::explained;
 use super::symptoms::{Symptom, symptoms};
-use super::{Refutation, complexity};
+use super::{Refutation, rank};
 use crate::identify::outcome::Verdict;
-use crate::identify::request::Structure;
+use crate::identify::request::{Rank, Structure};
 use crate::identify::result::StructureName;
 use crate::linear::correlation::mean;
 use crate::quantiles::NORMAL_MAD;
@@ -52,10 +52,10 @@ impl<'a> Judged<'a> {
     ///
     /// A simple candidate holds here only if no test refutes it: a general structure may explain even a negligible misfit.
     pub fn suffices(&self, structure: &Structure, least: f64) -> bool {
-        let own = complexity(self.structure);
-        let holds = || self.verdict.holds() && (self.verdict.refutation().is_none() || own >= Some(GENERAL));
-        let is_enough = || structure.complexity >= Some(GENERAL) && holds() && self.error() <= least;
-        own < structure.complexity && (self.leaves_white_noise() || is_enough())
+        let own = rank(self.structure);
+        let holds = || self.verdict.holds() && (self.verdict.refutation().is_none() || own >= Some(Rank::General));
+        let is_enough = || structure.rank >= Some(Rank::General) && holds() && self.error() <= least;
+        own < structure.rank && (self.leaves_white_noise() || is_enough())
     }
 
     /// Whether no test finds anything in the errors, not even that they are coloured.
@@ -102,7 +102,7 @@ pub(super) struct Judgement<'a> {
     pub supported: bool,
 }
 
-/// Judges candidates, at least one, in order of complexity, on the fresh samples of these inputs.
+/// Judges candidates, at least one, in order of rank, on the fresh samples of these inputs.
 pub(super) fn judge<'a>(candidates: &[Judged<'a>], inputs: &[&[f64]]) -> Judgement<'a> {
     let squares: Vec<f64> = candidates.iter().map(|c| mean_square(&c.errors)).collect();
     // A few wild samples do not refute a candidate, but it is then not the best one.
@@ -122,10 +122,10 @@ pub(super) fn judge<'a>(candidates: &[Judged<'a>], inputs: &[&[f64]]) -> Judgeme
         })
         .collect();
     let as_good: Vec<usize> = (0..candidates.len()).filter(|i| worse[*i].is_none()).collect();
-    let simplest = as_good.iter().map(|i| complexity(candidates[*i].structure)).min();
+    let simplest = as_good.iter().map(|i| rank(candidates[*i].structure)).min();
     let tier = as_good
         .into_iter()
-        .filter(|i| Some(complexity(candidates[*i].structure)) == simplest);
+        .filter(|i| Some(rank(candidates[*i].structure)) == simplest);
     let tier: Vec<usize> = tier.collect();
     // Among equally good ones, the one with the fewest parameters.
     let parameters = |i: &usize| candidates[*i].verdict.estimated.map_or(0, |e| e.parameters);

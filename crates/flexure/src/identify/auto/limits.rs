@@ -5,9 +5,6 @@ pub(super) const CUT: f64 = 6.0;
 /// A mean squared error that is larger by less than this share counts as equal: the candidates' estimation errors differ. Convention.
 pub(super) const TOLERATED_SHARE: f64 = 0.02;
 
-/// Structures of this complexity and above contain most others: they are fitted only if nothing simpler holds.
-pub(super) const GENERAL: usize = 4;
-
 /// The error's regression: lags of every signal. Convention.
 pub(super) const LAGS: usize = 12;
 /// The error's regression: samples of a half that a regressor needs. Convention.

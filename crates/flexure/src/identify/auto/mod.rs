@@ -36,7 +36,7 @@ mod tests;
 
 use super::limits::FEWEST_SAMPLES;
 use super::registry::structures;
-use super::request::{Options, Progress, Request, Structure};
+use super::request::{Options, Progress, Rank, Request, Structure};
 use super::result::{Identification, StructureName};
 use super::samples::Samples;
 use crate::error::{DataError, Error, Result};
@@ -46,11 +46,11 @@ pub use symptoms::Symptom;
 
 /// The structures that are compared for this number of inputs, simplest first.
 fn compared_structures(inputs: usize) -> Vec<&'static Structure> {
-    let takes = |s: &&Structure| s.complexity.is_some() && s.inputs.contains(&inputs);
-    // For one input, a structure of several inputs equals one of the others.
-    let own = |s: &&Structure| inputs > 1 || s.complexity == Some(1) || !s.has_several_inputs();
+    let takes = |s: &&Structure| s.rank.is_some() && s.inputs.contains(&inputs);
+    // For one input, a structure of several is one of the others.
+    let own = |s: &&Structure| inputs > 1 || s.rank == Some(Rank::Linear) || !s.has_several_inputs();
     let mut all: Vec<&Structure> = structures().iter().filter(takes).filter(own).collect();
-    all.sort_by_key(|s| s.complexity);
+    all.sort_by_key(|s| s.rank);
     all
 }
 
@@ -76,7 +76,7 @@ pub const AUTO: Structure = Structure {
     description: "the simplest of the others that the data support, or a verdict that they support none",
     inputs: 1..=usize::MAX,
     options: &[],
-    complexity: None,
+    rank: None,
     identify,
 };
 
@@ -128,9 +128,9 @@ struct Others {
     simpler: Vec<(&'static str, &'static str)>,
 }
 
-/// The number of blocks of a structure.
-fn complexity(structure: StructureName) -> Option<usize> {
-    Structure::by_name(structure.key).and_then(|s| s.complexity)
+/// The rank of a structure.
+fn rank(structure: StructureName) -> Option<Rank> {
+    Structure::by_name(structure.key).and_then(|s| s.rank)
 }
 
 /// The fitted candidates on the fresh samples.

@@ -38,7 +38,7 @@ fn bent(w: &[f64]) -> Vec<f64> {
 
 /// A record of every structure.
 fn of(structure: StructureName) -> Record {
-    let u = gaussian(3000, 1 + complexity(structure).unwrap() as u64);
+    let u = gaussian(3000, 1 + rank(structure).unwrap() as u64);
     let front = |u: &[f64]| filtered(&[0.5, 0.2], &[1.0, -1.0, 0.5], u);
     let back = |z: &[f64]| filtered(&[1.0, 0.5], &[1.0, -0.7], z);
     let y = match structure.key {
@@ -81,7 +81,7 @@ fn every_structure_is_named_and_the_others_are_refuted() {
         assert_eq!((result.chosen, identified.structure), (structure, structure));
         assert!(result.as_good.is_empty() && result.not_noise < 0.1);
         for c in &result.candidates {
-            let poorer = c.structure != structure && complexity(c.structure) <= complexity(structure);
+            let poorer = c.structure != structure && rank(c.structure) <= rank(structure);
             let compared = |r: &Refutation| matches!(r, Refutation::Comparison { ratio, .. } if *ratio > 1.02);
             assert_eq!(c.refuted_by.first().is_some_and(compared), poorer, "{c:?}");
             assert!(c.parameters > 0 && c.rms > 0.0);
@@ -161,7 +161,7 @@ fn a_static_system_is_as_much_hammerstein_as_wiener() {
     let y = bent(&u);
     let result = compare(&record(u, &y));
     assert!(
-        result.supported.is_some_and(|s| complexity(s) == Some(2)),
+        result.supported.is_some_and(|s| rank(s) == Some(Rank::TwoBlocks)),
         "{:?}",
         result.reasons
     );

@@ -29,7 +29,7 @@ mod units;
 
 use super::block::{KinkedSpline, Monitor, Prepared, Scale};
 use crate::error::Result;
-use crate::identify::request::{Progress, Request, Structure};
+use crate::identify::request::{Progress, Rank, Request, Structure};
 use crate::identify::result::{
     BlockKind, Detail, FeedbackBlock, Identification, NamedBlock, Place, Score, StructureName, Values,
 };
@@ -69,7 +69,7 @@ pub const FEEDBACK: Structure = Structure {
     description: "linear dynamics with a static nonlinearity in a feedback loop",
     inputs: 1..=1,
     options: &[],
-    complexity: Some(4),
+    rank: Some(Rank::General),
     identify,
 };
 

@@ -53,7 +53,7 @@ mod regression;
 
 use super::checks::{self, both_vary, fresh_part, warn_if_useless, warn_of_levels, warn_of_range};
 use super::outcome::Verdict;
-use super::request::{Options, Progress, Request, Structure};
+use super::request::{Options, Progress, Rank, Request, Structure};
 use super::result::{Identification, ImpulseEstimate, LinearBlock, StaticBlock, StructureName};
 use super::run::{Run, announce, path};
 use super::samples::Samples;
@@ -100,7 +100,7 @@ pub const HAMMERSTEIN: Structure = Structure {
         "kernel",
         "ignore_colour",
     ],
-    complexity: Some(2),
+    rank: Some(Rank::TwoBlocks),
     identify,
 };
 

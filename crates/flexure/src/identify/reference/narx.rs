@@ -63,7 +63,7 @@ pub const ROW: Structure = Structure {
     description: "a polynomial of past outputs and inputs: a reference without blocks",
     inputs: 1..=1,
     options: &[],
-    complexity: None,
+    rank: None,
     identify,
 };
 

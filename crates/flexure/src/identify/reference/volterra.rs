@@ -60,7 +60,7 @@ pub const ROW: Structure = Structure {
     description: "a regularised Volterra series of second order: a reference without blocks",
     inputs: 1..=1,
     options: &[],
-    complexity: None,
+    rank: None,
     identify,
 };
 

@@ -24,7 +24,7 @@ pub const ROW: Structure = Structure {
     description: "a static nonlinearity of the delayed input, without dynamics",
     inputs: 1..=1,
     options: &[],
-    complexity: None,
+    rank: None,
     identify,
 };
 

@@ -25,7 +25,7 @@ use super::super::block::{
 };
 use super::limits::NO_LINE;
 use crate::error::Result;
-use crate::identify::request::{Progress, Request, Structure};
+use crate::identify::request::{Progress, Rank, Request, Structure};
 use crate::identify::result::{BlockKind, Detail, Identification, LinearBlock, NamedBlock, Place, StructureName};
 use crate::identify::run::{Run, path};
 use crate::linear::correlation::{mean, variance};
@@ -55,7 +55,7 @@ pub const ROW: Structure = Structure {
     description: "a static nonlinearity, linear dynamics, a static nonlinearity",
     inputs: 1..=1,
     options: &[],
-    complexity: Some(3),
+    rank: Some(Rank::ThreeBlocks),
     identify,
 };
 

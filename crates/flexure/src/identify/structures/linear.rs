@@ -9,7 +9,7 @@ use super::super::block::{Monitor, Prepared, Scale, Signals};
 use super::super::output_error::{LinearCandidate, LinearSystem, Search, bias, covariance, search};
 use super::limits::{FEWEST_SAMPLES, FEWEST_SAMPLES_AN_INPUT};
 use crate::error::{Error, Result};
-use crate::identify::request::{Progress, Request, Structure};
+use crate::identify::request::{Progress, Rank, Request, Structure};
 use crate::identify::result::{
     BlockKind, CoefficientErrors, Detail, Identification, LinearBlock, NamedBlock, Path, Place, Score, StructureName,
     Value, Values,
@@ -44,7 +44,7 @@ pub const ROW: Structure = Structure {
     description: "linear dynamics alone",
     inputs: 1..=usize::MAX,
     options: &[],
-    complexity: Some(1),
+    rank: Some(Rank::Linear),
     identify,
 };
 

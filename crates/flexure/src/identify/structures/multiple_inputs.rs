@@ -13,7 +13,7 @@ use super::super::block::{
     Monitor, Normalised, Prepared, SearchResult, System, Tried, add_errors, hammerstein_branches, tabulated,
 };
 use crate::error::{Error, Result};
-use crate::identify::request::{Progress, Request, Structure};
+use crate::identify::request::{Progress, Rank, Request, Structure};
 use crate::identify::result::{BlockKind, Detail, Identification, LinearBlock, NamedBlock, Path, Place, StructureName};
 use crate::identify::run::Run;
 use crate::linear::correlation::mean;
@@ -47,7 +47,7 @@ pub const ROW: Structure = Structure {
     description: "several inputs, each through a static nonlinearity and linear dynamics of its own",
     inputs: 1..=usize::MAX,
     options: &[],
-    complexity: Some(2),
+    rank: Some(Rank::TwoBlocks),
     identify,
 };
 

@@ -26,7 +26,7 @@ use super::super::block::{Blocks, Monitor, Prepared, System, Tried, add_errors, 
 use super::super::samples::Samples;
 use super::limits::{DELAY_SAMPLES, MOST_BRANCHES, MOST_CHOSEN_BRANCHES};
 use crate::error::{Error, Result};
-use crate::identify::request::{Progress, Request, Structure};
+use crate::identify::request::{Progress, Rank, Request, Structure};
 use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, Path, Place, StructureName};
 use crate::identify::run::{Run, path};
 use crate::linear::TransferFunction;
@@ -65,7 +65,7 @@ pub const ROW: Structure = Structure {
     description: "a sum of branches from one input: each a static nonlinearity and linear dynamics, with linear dynamics before it if needed",
     inputs: 1..=1,
     options: &["branches"],
-    complexity: Some(5),
+    rank: Some(Rank::Sum),
     identify,
 };
 

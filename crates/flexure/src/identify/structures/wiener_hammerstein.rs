@@ -25,7 +25,7 @@
 use super::super::block::{Blocks, FreeParts, Monitor, Tried, add_errors, search, splits, without_start};
 use super::super::warning::Warning;
 use crate::error::Result;
-use crate::identify::request::{Progress, Request, Structure};
+use crate::identify::request::{Progress, Rank, Request, Structure};
 use crate::identify::result::{Detail, Identification, Place, StructureName};
 use crate::identify::run::{Run, path, start_details};
 /// The identification of a Wiener-Hammerstein system.
@@ -58,7 +58,7 @@ pub const ROW: Structure = Structure {
     description: "linear dynamics, a static nonlinearity, linear dynamics",
     inputs: 1..=1,
     options: &[],
-    complexity: Some(3),
+    rank: Some(Rank::ThreeBlocks),
     identify,
 };
 

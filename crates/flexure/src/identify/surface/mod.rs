@@ -26,7 +26,7 @@ mod tests;
 
 use super::block::{Monitor, Normalised, Prepared};
 use crate::error::{Error, Result};
-use crate::identify::request::{Progress, Request, Structure};
+use crate::identify::request::{Progress, Rank, Request, Structure};
 use crate::identify::result::{
     BlockKind, Detail, Identification, LinearBlock, NamedBlock, Place, Score, StructureName, Values,
 };
@@ -79,7 +79,7 @@ pub const JOINT_INPUTS: Structure = Structure {
     description: "two to four inputs: one static nonlinearity of all of them, then linear dynamics",
     inputs: 2..=4,
     options: &[],
-    complexity: Some(4),
+    rank: Some(Rank::General),
     identify,
 };
 

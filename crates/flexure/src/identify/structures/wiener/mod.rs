@@ -27,7 +27,7 @@ mod tests;
 
 use super::super::block::{Blocks, FreeParts, Monitor, System, Tried, add_errors, search, without_start};
 use crate::error::Result;
-use crate::identify::request::{Progress, Request, Structure};
+use crate::identify::request::{Progress, Rank, Request, Structure};
 use crate::identify::result::{Identification, LinearBlock, NamedBlock, StructureName};
 use crate::identify::run::{Run, path, start_details};
 use starts::{WienerStarts, delay_of_any_dependence, starts};
@@ -67,7 +67,7 @@ pub const ROW: Structure = Structure {
     description: "linear dynamics, then a static nonlinearity",
     inputs: 1..=1,
     options: &[],
-    complexity: Some(2),
+    rank: Some(Rank::TwoBlocks),
     identify,
 };
 
