@@ -3,15 +3,22 @@
 //! To first order an offset sigma of the link's clock is a viscous friction $-\sigma\kappa'$ at the motor, the opposite one at the link,
 //! and a damping of the joint that has the opposite sign in the two equations. So friction at the motor, damping and late
 //! samples explain each other in part, and one alone may not be taken for fact because it improves the fit. All
-//! [effects](super::effects) are estimated together first, with the delay of the torque. A set of effects is *refuted* where all together
-//! explain more than chance allows ([`REFUTED`]), or where it has friction or damping that drives the joint. The
-//! smallest set that is not refuted is taken; where one of its effects can be replaced by another one, both are left in the equations, so that the
-//! errors of the result contain what cannot be told apart.
+//! [effects](super::effects) are estimated together first, with the delay of the torque. A set of effects is *refuted* if its friction or damping
+//! drives the joint, or if all effects together explain more than chance allows. With the weighted sums of squares S of the set and $S_0$ of all
+//! effects, and with p unknowns fewer, this is an F test at the level [`REFUTED`]:
+//!
+//! $$ F = \frac{S - S_0 - C}{p\, s} . $$
+//!
+//! Here s is the variance of what the weights normalise, and C is what the noise of a smoothed deflection may add ([`Full::confusion`]).
+//!
+//! The smallest set that is not refuted is taken, and of several that with the least S. Where one of its effects can be replaced by another
+//! one, both stay in the equations. The errors of the result then contain what cannot be told apart.
 
 use super::checks;
 use super::clock_offset::{ClockOffset, Clocks};
 use super::clocks::Stiffness;
 use super::compliance::Compliance;
+use super::covariance::Robust;
 use super::fourier::Modulation;
 use super::joint_signals::JointSignals;
 use super::limits::{CLOCK_PASSES, CLOCKS_SETTLED, DRIVES, LONGEST_CLOCK_STEP, NOISE_ROUNDS, REFUTED, SIGNIFICANT};
@@ -19,7 +26,7 @@ use super::motion::Motion;
 use super::normal::Normal;
 use super::outcome::Effect;
 use super::smooth::Reflected;
-use super::system::low_frequencies;
+use super::system::{Solved, low_frequencies};
 use crate::distributions::fisher_below;
 use crate::linalg::Matrix;
 
@@ -50,8 +57,7 @@ struct Full {
     spread: f64,
     /// The real equations less the unknowns.
     freedom: f64,
-    /// What the noise of a smoothed deflection may add to a weighted sum of squares: that of a motor's inertia which is off by as much as
-    /// that noise allows.
+    /// What the noise of a smoothed deflection may add to a weighted sum of squares, see [`About::confusion`].
     confusion: f64,
 }
 
@@ -63,8 +69,16 @@ struct Products {
     square: f64,
     /// The numbers of the unknowns of each effect.
     effects: Vec<(Effect, Vec<usize>)>,
-    /// The powers of the splines of friction at link and motor with factor 1.
-    powers: [Vec<(usize, f64)>; 2],
+    /// The powers of friction at link and motor.
+    powers: [Vec<Power>; 2],
+}
+
+/// The power of one spline of a friction curve.
+struct Power {
+    /// The number of its unknown.
+    unknown: usize,
+    /// What it takes from the motion if its coefficient is 1: force times velocity, summed over the lines.
+    value: f64,
 }
 
 /// The best that a set of effects can do.
@@ -97,77 +111,78 @@ impl<'a> About<'a> {
 
     /// The clocks, the stiffness and the noise with all effects, by Gauss-Newton steps.
     fn settle(&mut self) -> Option<Full> {
-        let (motion, modulation) = (self.motion, self.modulation);
-        let mut noise: Option<Vec<Vec<f64>>> = None;
-        // A motion of few reversals takes a curved friction for a late clock.
-        let mut determined = true;
+        let flat = vec![1.0; self.modulation.len()];
+        let mut noise = vec![flat, low_frequencies(self.modulation, self.motion.link_noise.band)];
         for pass in 0.. {
-            let held = self.clocks.torque_held;
             let joint = self.joint(&Effect::ALL, true);
-            determined &= checks::motion(&joint.v, 0.0).is_none();
+            // A motion of few reversals takes a curved friction for a late clock.
+            self.clocks.determined &= checks::motion(&joint.v, 0.0).is_none();
             let system = joint.system();
             let splines = system.tested();
-            let weights = match noise.take() {
-                Some(noise) => noise,
-                None => {
-                    let flat = vec![1.0; modulation.len()];
-                    let start = vec![flat, low_frequencies(modulation, motion.link_noise.band)];
-                    system.reweighted(&splines, start, NOISE_ROUNDS)?
-                }
-            };
-            let solved = system.solve(&splines, &weights)?;
-            let robust = solved.equations.robust(&solved.solution);
-            let factor = |effect: Option<Effect>| {
-                let number = solved.layout.factors.get(joint.factors_of(effect).next()?)?;
-                Some((solved.solution.x[*number], robust.covariance.error(*number)))
-            };
-            let offset_of = |value: f64, error: f64| {
-                let offset = ClockOffset::new(value, error, motion.step);
-                ClockOffset {
-                    significant: determined && offset.significant,
-                    ..offset
-                }
-            };
-            let (further, error) = factor(None)?;
-            let delay = offset_of(self.clocks.delay(motion.step) + further, error);
-            self.clocks.torque_held = determined && (held || delay.is_hold(motion.step));
-            self.clocks.torque_delay = delay;
-            let mut settled = held == self.clocks.torque_held;
-            match factor(Some(Effect::EncoderSkew)) {
-                None => settled = false,
-                Some((change, error)) => {
-                    let longest = LONGEST_CLOCK_STEP * motion.step;
-                    let offset = self.clocks.link_offset.value + change.clamp(-longest, longest);
-                    self.clocks.link_offset = offset_of(offset, error);
-                    settled &= change.abs() < CLOCKS_SETTLED * error;
-                }
+            if pass == 0 {
+                noise = system.reweighted(&splines, noise, NOISE_ROUNDS)?;
             }
-            self.clocks.determined = determined;
+            let solved = system.solve(&splines, &noise)?;
+            let robust = solved.equations.robust(&solved.solution);
             let unknowns = solved.solution.x.len() as f64;
-            let inertia = motion.motor_inertia.unwrap_or_else(|| solved.factors()[0]);
-            let rotor = motion.rotor_acceleration(modulation);
-            let off = (inertia * joint.deflection.confusion).powi(2);
             let full = Full {
-                confusion: rotor
-                    .iter()
-                    .zip(&weights[0])
-                    .map(|(a, s)| 2.0 * off * a.norm_sqr() / s)
-                    .sum(),
+                confusion: self.confusion(&joint, &solved, &noise[0]),
                 spread: (robust.taken / unknowns).max(1.0),
                 freedom: 2.0 * solved.solution.lines() as f64 - unknowns,
                 noise: system.unbiased_noise_of(&solved),
             };
-            let stiffness = Stiffness {
+            let settled = self.set_clocks(&joint, &solved, &robust)?;
+            self.stiffness = Some(Stiffness {
                 coefficients: solved.coefficients(0).to_vec(),
                 basis: splines[0].basis.clone(),
-            };
-            self.stiffness = Some(stiffness);
+            });
             if settled || pass == CLOCK_PASSES {
                 return Some(full);
             }
-            noise = Some(full.noise);
+            noise = full.noise;
         }
         None
+    }
+
+    /// Moves the clocks by what a solution with all effects says. The result is whether they have settled.
+    fn set_clocks(&mut self, joint: &JointSignals, solved: &Solved, robust: &Robust) -> Option<bool> {
+        let step = self.motion.step;
+        let clocks = &mut self.clocks;
+        let (held, determined) = (clocks.torque_held, clocks.determined);
+        let factor = |effect: Option<Effect>| {
+            let number = solved.layout.factors.get(joint.factors_of(effect).next()?)?;
+            Some((solved.solution.x[*number], robust.covariance.error(*number)))
+        };
+        let offset_of = |value: f64, error: f64| {
+            let offset = ClockOffset::new(value, error, step);
+            ClockOffset {
+                significant: determined && offset.significant,
+                ..offset
+            }
+        };
+        let (further, error) = factor(None)?;
+        let delay = offset_of(clocks.delay(step) + further, error);
+        clocks.torque_held = determined && (held || delay.is_hold(step));
+        clocks.torque_delay = delay;
+        let Some((change, error)) = factor(Some(Effect::EncoderSkew)) else {
+            return Some(false);
+        };
+        let longest = LONGEST_CLOCK_STEP * step;
+        let offset = clocks.link_offset.value + change.clamp(-longest, longest);
+        clocks.link_offset = offset_of(offset, error);
+        Some(held == clocks.torque_held && change.abs() < CLOCKS_SETTLED * error)
+    }
+
+    /// What the noise of a smoothed deflection may add to a weighted sum of squares.
+    ///
+    /// Because of it the motor's inertia J may be off by a share c of itself. The motor's equation is then off by c J times the rotor's acceleration a.
+    /// With noise of spectrum s that adds $2 (cJ)^2 \sum |a|^2 / s$: every line is two real equations, of variance s / 2 each.
+    fn confusion(&self, joint: &JointSignals, solved: &Solved, noise: &[f64]) -> f64 {
+        let inertia = self.motion.motor_inertia.unwrap_or_else(|| solved.factors()[0]);
+        let off = (inertia * joint.deflection.confusion).powi(2);
+        let acceleration = self.motion.rotor_acceleration(self.modulation);
+        let lines = acceleration.iter().zip(noise);
+        lines.map(|(a, s)| 2.0 * off * a.norm_sqr() / s).sum()
     }
 
     /// The equations of all effects with this noise about this offset of the link's clock.
@@ -196,14 +211,15 @@ impl<'a> About<'a> {
                 .map(|factor| layout.factors[factor])
                 .collect(),
         };
-        let power = |curve: usize, block: usize, sign: f64, angle: &[f64]| {
+        // `sign` is that of the friction in its equation: what brakes takes a positive power.
+        let powers = |curve: usize, block: usize, sign: f64, angle: &[f64]| {
             let velocity = self.modulation.of_rate(angle);
-            let numbers = layout.curves[curve].clone();
-            let of = |number: usize| {
-                let lines = equations.columns[number][block].as_ref()?.iter().zip(&velocity);
-                Some((number, sign * lines.map(|(f, v)| (f * v.conj()).re).sum::<f64>()))
+            let power = |unknown: usize| {
+                let lines = equations.columns[unknown][block].as_ref()?.iter().zip(&velocity);
+                let value = sign * lines.map(|(force, v)| (force * v.conj()).re).sum::<f64>();
+                Some(Power { unknown, value })
             };
-            numbers.filter_map(of).collect::<Vec<_>>()
+            layout.curves[curve].clone().filter_map(power).collect::<Vec<_>>()
         };
         let weights = equations.weights();
         let squares = equations.right.iter().zip(&weights);
@@ -214,7 +230,10 @@ impl<'a> About<'a> {
             square: squares
                 .map(|(right, w)| right.iter().zip(w).map(|(r, w)| w * r.norm_sqr()).sum::<f64>())
                 .sum(),
-            powers: [power(1, 1, -1.0, self.motion.link), power(2, 0, 1.0, self.motion.motor)],
+            powers: [
+                powers(1, 1, -1.0, self.motion.link),
+                powers(2, 0, 1.0, self.motion.motor),
+            ],
             effects: Effect::ALL.into_iter().map(|effect| (effect, own(effect))).collect(),
         })
     }
@@ -241,13 +260,14 @@ impl Products {
             let at = place(*own.first()?)?;
             Some((x[at], covariance.error(at)))
         };
-        let power = |own: &[(usize, f64)]| -> f64 {
+        let power = |own: &[Power]| -> f64 {
             own.iter()
-                .filter_map(|&(number, power)| Some(x[place(number)?] * power))
+                .filter_map(|power| Some(x[place(power.unknown)?] * power.value))
                 .sum()
         };
         let [link, motor] = [0, 1].map(|i| power(&self.powers[i]));
         let damping_drives = of(Effect::Damping).is_some_and(|(c, error)| c < -SIGNIFICANT * error);
+        // Without this effect there is no offset.
         let (change, error) = of(Effect::EncoderSkew).unwrap_or((-self.offset, f64::INFINITY));
         Some(Best {
             effects: effects.to_vec(),
@@ -286,7 +306,7 @@ pub(super) fn explained(motion: &Motion, modulation: &Modulation) -> Option<Expl
         full,
     };
     let everything = cases.best(&Effect::ALL)?;
-    let chosen = cases.chosen(&everything)?;
+    let chosen = cases.chosen(&everything);
     let competing = cases.competing(&chosen, &everything);
     let acting = |effect: &Effect| chosen.effects.contains(effect) || competing.contains(effect);
     let effects: Vec<Effect> = Effect::ALL.into_iter().filter(acting).collect();
@@ -310,7 +330,7 @@ pub(super) fn explained(motion: &Motion, modulation: &Modulation) -> Option<Expl
     })
 }
 
-/// Sets of effects beside all of them.
+/// Sets of effects, compared with all effects together.
 struct Cases<'a> {
     about: About<'a>,
     full: Full,
@@ -319,25 +339,25 @@ struct Cases<'a> {
 }
 
 impl Cases<'_> {
-    /// The smallest set of effects that all of them together do not refute.
-    fn chosen(&mut self, everything: &Best) -> Option<Best> {
-        let mut chosen = self.best(&[])?;
-        while self.refuted(&chosen, everything) {
-            let others = Effect::ALL
-                .into_iter()
-                .filter(|effect| !chosen.effects.contains(effect));
-            let more: Vec<Best> = others
-                .filter_map(|effect| self.best(&[&chosen.effects[..], &[effect]].concat()))
-                .collect();
-            let Some(next) = more.into_iter().min_by(|a, b| {
-                let order = a.drives.cmp(&b.drives);
-                order.then(a.objective.total_cmp(&b.objective))
-            }) else {
-                break;
+    /// The smallest set of effects that is not refuted; all of them if every smaller one is.
+    fn chosen(&mut self, everything: &Best) -> Best {
+        for size in 0..Effect::ALL.len() {
+            let sets = (0..1_u32 << Effect::ALL.len()).filter(|set| set.count_ones() as usize == size);
+            let members = |set: u32| {
+                Effect::ALL
+                    .into_iter()
+                    .enumerate()
+                    .filter(move |(i, _)| set >> i & 1 == 1)
             };
-            chosen = next;
+            let found: Vec<Best> = sets
+                .filter_map(|set| self.best(&members(set).map(|(_, effect)| effect).collect::<Vec<_>>()))
+                .collect();
+            let held = found.into_iter().filter(|best| !self.refuted(best, everything));
+            if let Some(best) = held.min_by(|a, b| a.objective.total_cmp(&b.objective)) {
+                return best;
+            }
         }
-        Some(chosen)
+        everything.clone()
     }
 
     /// The effects of the chosen set that another effect can replace without being refuted, and those others; in the order of `Effect::ALL`.
