@@ -31,6 +31,32 @@ pub(super) struct WithJumps {
     pub kinks: Vec<Kink>,
 }
 
+/// A minimum with its kinks at their best places.
+pub(super) struct PlacedKinks {
+    pub minimum: Minimum,
+    /// The same minimum with a jump at every kink.
+    pub extended: WithJumps,
+}
+
+/// Where one of the terms breaks the curve.
+#[derive(Clone, Copy)]
+struct Break {
+    /// Its place among the terms.
+    term: usize,
+    /// In the unit coordinate.
+    at: f64,
+    /// 0 for a jump, 1 for a kink.
+    degree: u8,
+}
+
+/// The breaks of these terms.
+fn breaks(terms: &[Term]) -> impl Iterator<Item = Break> {
+    terms.iter().enumerate().filter_map(|(term, power)| match *power {
+        Term::TruncatedPower { at, degree } => Some(Break { term, at, degree }),
+        _ => None,
+    })
+}
+
 /// A kink whose place is a parameter.
 pub(super) struct Kink {
     /// Its place among the terms.
@@ -49,7 +75,8 @@ impl WithJumps {
         let mut places = movable(&minimum.terms, cells);
         loop {
             let found = WithJumps::at(minimum, &places, observed);
-            let sure = |kink: &Kink| (found.place_error(kink)).is_some_and(|error| error < room(&minimum.terms, kink));
+            let sure =
+                |kink: &Kink| (found.place_error(kink)).is_some_and(|error| error < clearance(&minimum.terms, kink));
             let Some(unsure) = found.kinks.iter().position(|kink| !sure(kink)) else {
                 return found;
             };
@@ -57,16 +84,18 @@ impl WithJumps {
         }
     }
 
-    /// With jumps at these kinks, given by term and place.
-    fn at(minimum: &Minimum, places: &[(usize, f64)], observed: &Observed) -> WithJumps {
-        let jumps = places.iter().map(|(_, at)| Term::TruncatedPower { at: *at, degree: 0 });
+    /// With jumps at these kinks.
+    fn at(minimum: &Minimum, places: &[Break], observed: &Observed) -> WithJumps {
+        let jumps = places
+            .iter()
+            .map(|kink| Term::TruncatedPower { at: kink.at, degree: 0 });
         let own = &minimum.blocks;
         let basis = own.basis.with_terms(&jumps.collect::<Vec<_>>());
         let phi = own.nonlinearity();
-        let kinks = places.iter().enumerate().map(|(i, (term, at))| Kink {
-            term: *term,
-            at: *at,
-            slope_change: phi.slope_change(*at),
+        let kinks = places.iter().enumerate().map(|(i, kink)| Kink {
+            term: kink.term,
+            at: kink.at,
+            slope_change: phi.slope_change(kink.at),
             parameter: own.c.len() + i,
         });
         let kinks: Vec<Kink> = kinks.collect();
@@ -92,20 +121,17 @@ impl WithJumps {
 
     /// Terms that a kink at its best place may replace: the jumps next to a kink, and the kinks whose places are not determined.
     fn doubtful(&self, terms: &[Term]) -> Vec<usize> {
-        let mut places: Vec<(f64, u8, usize)> = Vec::new();
-        for (k, term) in terms.iter().enumerate() {
-            if let Term::TruncatedPower { at, degree } = *term {
-                places.push((at, degree, k));
-            }
-        }
-        sort::by_key(&mut places, |place| place.0);
-        let is_kink = |i: Option<usize>| i.and_then(|i| places.get(i)).is_some_and(|place| place.1 == 1);
-        let doubtful = |i: &usize| match places[*i].1 {
+        let mut places: Vec<Break> = breaks(terms).collect();
+        sort::by_key(&mut places, |place| place.at);
+        let is_kink = |i: Option<usize>| i.and_then(|i| places.get(i)).is_some_and(|place| place.degree == 1);
+        let is_placed = |place: &Break| self.kinks.iter().any(|kink| kink.term == place.term);
+        let doubtful = |i: usize| match places[i].degree {
             0 => is_kink(i.checked_sub(1)) || is_kink(Some(i + 1)),
-            1 => self.kinks.iter().all(|kink| kink.term != places[*i].2),
+            1 => !is_placed(&places[i]),
             _ => false,
         };
-        (0..places.len()).filter(doubtful).map(|i| places[i].2).collect()
+        let found = (0..places.len()).filter(|i| doubtful(*i));
+        found.map(|i| places[i].term).collect()
     }
 
     /// The equations of the minimum's own parameters.
@@ -124,34 +150,27 @@ impl WithJumps {
     }
 }
 
-/// The kinks, by term and place, that no jump stands beside: the two cannot be told apart.
-fn movable(terms: &[Term], cells: &Cells) -> Vec<(usize, f64)> {
-    let cell = |at: f64| cells.lower.partition_point(|l| *l < at);
-    let beside = |at: f64| {
-        let of_jump = |term: &Term| match *term {
-            Term::TruncatedPower { at: jump, degree: 0 } => cell(jump).abs_diff(cell(at)) <= 1,
-            _ => false,
-        };
-        terms.iter().any(of_jump)
-    };
-    let kinks = terms.iter().enumerate().filter_map(|(k, term)| match *term {
-        Term::TruncatedPower { at, degree: 1 } if !beside(at) => Some((k, at)),
-        _ => None,
-    });
+/// The kinks without a jump next to them: the two cannot be told apart.
+fn movable(terms: &[Term], cells: &Cells) -> Vec<Break> {
+    let cell = |place: &Break| cells.lower.partition_point(|l| *l < place.at);
+    let is_jump_next_to = |kink: &Break, other: &Break| other.degree == 0 && cell(other).abs_diff(cell(kink)) <= 1;
+    let kinks = breaks(terms).filter(|place| place.degree == 1);
+    let kinks = kinks.filter(|kink| !breaks(terms).any(|other| is_jump_next_to(kink, &other)));
     kinks.collect()
 }
 
 impl Minimum {
     /// The minimum over the kinks' places as well. Jumps and kinks that are then no longer needed are removed.
-    pub fn with_kinks_placed(self, cells: &Cells, observed: &Observed) -> (Minimum, WithJumps) {
+    pub fn with_kinks_placed(self, cells: &Cells, observed: &Observed) -> PlacedKinks {
         let mut best = self.with_kinks_settled(cells, observed);
         'fewer: while !interrupt::requested() {
-            for term in best.1.doubtful(&best.0.terms) {
-                let Some(other) = best.0.without(term, cells, observed) else {
+            let PlacedKinks { minimum, extended } = &best;
+            for term in extended.doubtful(&minimum.terms) {
+                let Some(other) = minimum.without(term, cells, observed) else {
                     continue;
                 };
-                let risen = other.0.equations.normal.cost - best.0.equations.normal.cost;
-                if risen < SEARCHED_COST * best.0.noise().powi(2) {
+                let risen = other.minimum.equations.normal.cost - minimum.equations.normal.cost;
+                if risen < SEARCHED_COST * minimum.noise().powi(2) {
                     best = other;
                     continue 'fewer;
                 }
@@ -162,7 +181,7 @@ impl Minimum {
     }
 
     /// Moves all kinks until the error falls no more.
-    fn with_kinks_settled(mut self, cells: &Cells, observed: &Observed) -> (Minimum, WithJumps) {
+    fn with_kinks_settled(mut self, cells: &Cells, observed: &Observed) -> PlacedKinks {
         let mut extended = WithJumps::new(&self, cells, observed);
         for _ in interrupt::rounds(KINK_MOVES) {
             let Some(step) = extended.step() else { break };
@@ -176,17 +195,24 @@ impl Minimum {
                 let moved = self.with_kinks_moved(&extended, &step, *share, cells)?;
                 let next = WithJumps::new(&moved, cells, observed);
                 let fall = extended.equations.normal.cost - next.equations.normal.cost;
-                (fall > least).then_some((moved, next))
+                (fall > least).then_some(PlacedKinks {
+                    minimum: moved,
+                    extended: next,
+                })
             });
             let Some(next) = lower else { break };
-            (self, extended) = next;
+            self = next.minimum;
+            extended = next.extended;
         }
         self.equations = extended.without_jumps();
-        (self, extended)
+        PlacedKinks {
+            minimum: self,
+            extended,
+        }
     }
 
     /// The minimum without one of the terms; `None` where no nonlinearity is left.
-    fn without(&self, term: usize, cells: &Cells, observed: &Observed) -> Option<(Minimum, WithJumps)> {
+    fn without(&self, term: usize, cells: &Cells, observed: &Observed) -> Option<PlacedKinks> {
         let mut terms = self.terms.clone();
         terms.remove(term);
         let phi = self.blocks.nonlinearity();
@@ -220,7 +246,7 @@ impl Minimum {
     /// to the next breakpoint.
     fn with_kinks_moved(&self, extended: &WithJumps, step: &[f64], share: f64, cells: &Cells) -> Option<Minimum> {
         let by = |kink: &Kink| -step[kink.parameter] / kink.slope_change;
-        let within = |kink: &Kink| 0.5 * room(&self.terms, kink) / by(kink).abs();
+        let within = |kink: &Kink| 0.5 * clearance(&self.terms, kink) / by(kink).abs();
         let share = share * extended.kinks.iter().map(within).fold(1.0, f64::min);
         let mut p: Vec<f64> = self.blocks.parameters();
         let own = (0..step.len()).filter(|i| extended.kinks.iter().all(|kink| kink.parameter != *i));
@@ -241,11 +267,8 @@ impl Minimum {
 }
 
 /// How far a kink is from the next breakpoint, or from an end of the data.
-fn room(terms: &[Term], kink: &Kink) -> f64 {
-    let others = terms.iter().enumerate().filter_map(|(k, term)| match *term {
-        Term::TruncatedPower { at, .. } if k != kink.term => Some(at),
-        _ => None,
-    });
-    let distances = others.chain([-1.0, 1.0]).map(|at| (at - kink.at).abs());
-    distances.fold(f64::INFINITY, f64::min)
+fn clearance(terms: &[Term], kink: &Kink) -> f64 {
+    let others = breaks(terms).filter(|place| place.term != kink.term);
+    let distances = others.map(|place| place.at).chain([-1.0, 1.0]);
+    distances.map(|at| (at - kink.at).abs()).fold(f64::INFINITY, f64::min)
 }
