@@ -32,6 +32,7 @@ mod derivative_tests;
 mod feedback;
 pub mod hammerstein;
 mod limits;
+mod needless;
 mod outcome;
 mod output_error;
 mod reference;
@@ -57,7 +58,7 @@ pub use hammerstein::{
 pub use outcome::{Hiding, Verdict};
 pub use reference::{DecayPrior, NARX, VOLTERRA};
 pub use registry::structures;
-pub use request::{Options, Progress, Request, Structure};
+pub use request::{Options, Progress, Rank, Request, Structure};
 pub use result::{Identification, StructureName};
 pub use structures::{HAMMERSTEIN_WIENER, LINEAR, MULTIPLE_INPUTS, PARALLEL, WIENER, WIENER_HAMMERSTEIN};
 pub use surface::JOINT_INPUTS;

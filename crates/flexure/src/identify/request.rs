@@ -6,6 +6,7 @@ use std::sync::OnceLock;
 use super::block::{Monitor, Prepared};
 use super::hammerstein::options::{HammersteinMethod, RefinedHammerstein};
 use super::limits::FEWEST_SAMPLES;
+use super::needless;
 use super::result::{Identification, StructureName};
 use super::robust;
 use super::samples::{Samples, refuse_repeated};
@@ -24,10 +25,26 @@ pub struct Structure {
     /// The options that it knows in addition to the share of fresh samples and the treatment of outliers, by their names in Python; on the
     /// command line they have hyphens.
     pub options: &'static [&'static str],
-    /// The number of blocks, if [`AUTO`](super::AUTO) compares the structure with others: simple structures come first.
-    pub complexity: Option<usize>,
+    /// Its rank, where [`AUTO`](super::AUTO) compares the structure with others.
+    pub rank: Option<Rank>,
     /// The identification.
     pub(super) identify: fn(&Request<'_>, &mut Progress<'_>) -> Result<Identification>,
+}
+
+/// How much a structure can describe. [`AUTO`](super::AUTO) tries structures in this order. Of structures that fit equally well, it takes one of the
+/// lowest rank.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Rank {
+    /// Linear dynamics.
+    Linear = 1,
+    /// Dynamics with a curve at one end of each path.
+    TwoBlocks,
+    /// A curve between dynamics, or dynamics between curves.
+    ThreeBlocks,
+    /// A structure that contains most others, such as a loop. It is fitted only where nothing simpler holds.
+    General,
+    /// A sum of paths from the same input, fitted last.
+    Sum,
 }
 
 /// Called before every step with its name; stops the identification by returning [`ControlFlow::Break`].
@@ -60,10 +77,11 @@ impl Structure {
     /// Those of [`identify`](Self::identify); [`Error::Parameter`] for several experiments if the method takes one;
     /// [`Error::Stopped`] if `progress` stopped it.
     pub fn identify_with(&self, request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
-        match request.options.robust {
-            true => robust::identify(self, request, progress),
-            false => robust::warned((self.identify)(request, progress)?, request),
-        }
+        let result = match request.options.robust {
+            true => robust::identify(self, request, progress)?,
+            false => robust::warned((self.identify)(request, progress)?, request)?,
+        };
+        needless::warned(result, request)
     }
 }
 

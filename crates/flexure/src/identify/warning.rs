@@ -85,16 +85,16 @@ pub enum Warning {
         /// The fit on fresh data.
         fit_percent: f64,
     },
-    /// The input's samples depend on one another, which the refined estimate allows.
+    /// A model of several inputs predicts as well without one of them.
     #[error(
-        "the input is not white (its largest autocorrelation is {largest:.2} at lag {lag}): the refined estimate does not \
-         need it to be, but the blocks are separated less well"
+        "the data show no effect of '{input}': with that input held at its mean the fit on fresh data is {} too; leave it out",
+        text::fit(*fit_percent, 2)
     )]
-    ColouredInput {
-        /// The largest autocorrelation in absolute value.
-        largest: f64,
-        /// Its lag.
-        lag: usize,
+    NeedlessInput {
+        /// The input.
+        input: String,
+        /// The fit without it.
+        fit_percent: f64,
     },
     /// The refinement found nothing better than the plain estimate.
     #[error("the refinement did not lower the error of the plain estimate, which is returned without standard errors")]

@@ -1,6 +1,6 @@
 use flexure::Error;
 use flexure::error::DataError;
-use flexure::identify::MULTIPLE_INPUTS;
+use flexure::identify::{LINEAR, MULTIPLE_INPUTS, Warning};
 use flexure::record::Record;
 
 use crate::common::{Known, dead_zone, fit, identity, noisy, saturation, uniform};
@@ -53,6 +53,29 @@ fn two_branches_with_poles_of_their_own_come_back() {
     println!("{reached}");
     assert!(reached > 99.0, "{reached}");
     assert!(result.holds());
+}
+
+/// An input that does nothing is named; two that do something are not.
+#[test]
+fn an_input_without_effect_is_named() {
+    let (p, q) = (uniform(4000, 1), uniform(4000, 2));
+    let needless = |y: Vec<f64>| {
+        let record = Record::new([("p", p.clone()), ("q", q.clone()), ("y", noisy(y, 0.05, 3))]).unwrap();
+        let mut named = Vec::new();
+        for structure in [&MULTIPLE_INPUTS, &LINEAR] {
+            let result = structure.identify(&record, &["p", "q"], "y").unwrap();
+            named.extend(result.warnings.into_iter().filter_map(|w| match w {
+                Warning::NeedlessInput { input, fit_percent } => {
+                    assert!((fit_percent - result.verdict.measures.fit_percent).abs() < 1.0);
+                    Some(input)
+                }
+                _ => None,
+            }));
+        }
+        named
+    };
+    assert_eq!(needless(sum(&p, &q)), [""; 0]);
+    assert_eq!(needless(PAIR[0].run(&p)), ["q", "q"]);
 }
 
 #[test]

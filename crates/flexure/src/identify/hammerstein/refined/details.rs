@@ -6,6 +6,7 @@ use super::super::realisation::ChosenOrder;
 use super::alternation::Minimum;
 use super::calibrated::CalibratedBlocks;
 use super::form_fit::{MemoryRemoved, PhysicalFormFit};
+use super::forms::PhysicalForm;
 use super::limits::MOST_LISTED;
 use super::piecewise::Breakpoint;
 use crate::error::Result;
@@ -33,7 +34,7 @@ pub(super) fn listed(breakpoints: &[Breakpoint]) -> String {
 }
 
 impl RefinedHammerstein {
-    /// What was chosen on the way to the refined estimate, and the form where one was asked for.
+    /// What was chosen on the way to the refined estimate, and the form: the one that was asked for, or one that suffices.
     pub(super) fn details(
         &self,
         minimum: &Minimum,
@@ -41,7 +42,10 @@ impl RefinedHammerstein {
         blocks: &CalibratedBlocks,
     ) -> Result<Vec<Detail>> {
         let (breakpoints, points) = (&blocks.breakpoints, &blocks.memory_removed);
-        let form = self.form.map(|form| points.fit_form(form)).transpose()?;
+        let form = match self.form {
+            Some(form) => Some(points.fit_form(form)?),
+            None => points.sufficient_form(),
+        };
         let text = listed(breakpoints);
         let values: Vec<Values> = (breakpoints.iter())
             .map(|b| Values::new([("at", b.at.into()), ("kind", b.kind.into()), ("error", b.error.into())]))
@@ -72,7 +76,10 @@ impl RefinedHammerstein {
             ),
             Detail::new("memory_removed", memory_removed).unsaved(),
             noise_detail(minimum),
-            form.map_or_else(|| Detail::new("form", Value::None), |form| form_detail(&form)),
+            form.map_or_else(
+                || Detail::new("form", Value::None),
+                |form| form_detail(&form, self.form, points),
+            ),
         ]);
         Ok(details)
     }
@@ -123,8 +130,8 @@ fn standard_error(error: f64) -> Option<f64> {
     (error > 0.0 && error.is_finite()).then_some(error)
 }
 
-/// The form that was fitted to the nonlinearity, and its test.
-fn form_detail(fit: &PhysicalFormFit) -> Detail {
+/// The form that was fitted to the nonlinearity, and its test; `asked` is the form that was asked for.
+fn form_detail(fit: &PhysicalFormFit, asked: Option<PhysicalForm>, points: &MemoryRemoved) -> Detail {
     let parameters: Vec<Values> = (fit.parameters.iter())
         .map(|p| {
             Values::new([
@@ -142,18 +149,27 @@ fn form_detail(fit: &PhysicalFormFit) -> Detail {
         ("limit", fit.limit.into()),
         ("p_value", fit.p_value.into()),
         ("holds", fit.holds().into()),
+        ("asked", asked.is_some().into()),
     ]);
-    let text: Vec<String> = (fit.parameters.iter())
+    let mut text: Vec<String> = (fit.parameters.iter())
         .map(|p| match standard_error(p.error) {
             Some(error) => format!("{} = {}", p.name, with_error(p.value, error)),
             None if p.error == 0.0 => format!("{} = {}", p.name, number(p.value)),
             None => format!("{} not determined", p.name),
         })
         .collect();
-    let why = format!(
+    if fit.form == PhysicalForm::Saturation {
+        let p: Vec<f64> = fit.parameters.iter().map(|p| p.value).collect();
+        let [low, high] = [0, 1].map(|i| number(fit.form.value(&p, p[i])));
+        text.push(format!("flat at {low} and at {high}"));
+    }
+    let mut why = format!(
         "{}; ± one standard error, for the estimated linear part",
         form_verdict(fit)
     );
+    if let Some(other) = (!fit.holds()).then(|| points.sufficient_form()).flatten() {
+        why += &format!("; they do not refute the form {}", other.form);
+    }
     let title = format!("Form {}", fit.form);
     Detail::new("form", value).shown(Place::ChoiceAndText, &title, text.join(", "), &why)
 }

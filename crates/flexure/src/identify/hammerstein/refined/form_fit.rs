@@ -1,9 +1,11 @@
-//! A physical form fitted to the nonlinearity on request, with a test whether it suffices.
+//! A physical form fitted to the nonlinearity, with a test whether it suffices.
 //!
 //! A form is fitted to the memory-removed output, cell by cell of the input, by weighted least squares. It is linear in some
 //! parameters, which are solved for. The others are searched from a grid on, then all are refined together. Lack of fit is
 //! tested by the residuals' sums over groups of neighbouring samples, whose squares over their variances add up to a
 //! chi-squared variable when the form is true.
+//!
+//! Where no form is asked for, the usual ones are tried. Of those that suffice, Schwarz's criterion chooses one.
 
 use super::forms::PhysicalForm;
 use super::limits::{
@@ -53,6 +55,8 @@ pub(super) struct PhysicalFormFit {
     pub limit: f64,
     /// The probability of a statistic at least as large if the form is true.
     pub p_value: f64,
+    /// Schwarz's criterion.
+    criterion: f64,
 }
 
 impl PhysicalFormFit {
@@ -61,6 +65,18 @@ impl PhysicalFormFit {
         self.statistic <= self.limit
     }
 }
+
+/// The forms that are tried where none is asked for.
+const USUAL_FORMS: [PhysicalForm; 8] = [
+    PhysicalForm::Polynomial(1),
+    PhysicalForm::Polynomial(2),
+    PhysicalForm::Polynomial(3),
+    PhysicalForm::DeadZone,
+    PhysicalForm::Saturation,
+    PhysicalForm::Quantizer,
+    PhysicalForm::Stiffness,
+    PhysicalForm::Friction,
+];
 
 /// A form and the values that it is fitted to.
 struct Problem<'a> {
@@ -238,11 +254,15 @@ impl MemoryRemoved {
         };
         let p = problem.minimum().ok_or_else(|| too_short(0))?;
         let weights = problem.counted(&p[..form.searched()]);
-        let GroupedSquares { statistic, groups } = GroupedSquares::new(&problem.residuals(&p), &weights);
+        let residuals = problem.residuals(&p);
+        let GroupedSquares { statistic, groups } = GroupedSquares::new(&residuals, &weights);
         let degrees = groups.saturating_sub(p.len()).max(1);
         // At least one degree of freedom: the distribution exists.
         let limit = chi_squared_quantile(1.0 - FORM_LEVEL, degrees as f64);
         let p_value = chi_squared_above(statistic, degrees as f64);
+        let counted = weights.iter().filter(|w| **w > 0.0).count() as f64;
+        let squares = residuals.iter().map(|r| r * r).sum::<f64>() * weights.len() as f64 / counted;
+        let criterion = squares + p.len() as f64 * self.samples.iter().sum::<f64>().ln();
         let named = names.into_iter().zip(p.iter().zip(problem.errors(&p)));
         let parameter = |(name, (&value, error))| PhysicalFormParameter { name, value, error };
         Ok(PhysicalFormFit {
@@ -252,7 +272,15 @@ impl MemoryRemoved {
             degrees,
             limit,
             p_value,
+            criterion,
         })
+    }
+
+    /// Of the usual forms that the data do not refute, the one that Schwarz's criterion prefers.
+    pub fn sufficient_form(&self) -> Option<PhysicalFormFit> {
+        let fits = USUAL_FORMS.iter().filter_map(|form| self.fit_form(*form).ok());
+        fits.filter(PhysicalFormFit::holds)
+            .min_by(|a, b| a.criterion.total_cmp(&b.criterion))
     }
 }
 

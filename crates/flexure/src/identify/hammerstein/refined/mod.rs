@@ -54,7 +54,7 @@ use super::options::{HammersteinMethod, PlainHammerstein, RefinedHammerstein};
 use super::realisation::ChosenOrder;
 use super::{HAMMERSTEIN, MOST_ORDER};
 use crate::error::{Error, Result};
-use crate::identify::checks::{colour, warn_if_useless, warn_of_range};
+use crate::identify::checks::{warn_if_useless, warn_of_range};
 use crate::identify::outcome::Verdict;
 use crate::identify::request::{Options, Request};
 use crate::identify::result::{BlockKind, Identification, LinearBlock, StaticBlock};
@@ -71,6 +71,7 @@ use calibrated::CalibratedBlocks;
 use cells::Cells;
 use experiments::Experiments;
 pub use forms::PhysicalForm;
+use kinks::PlacedKinks;
 pub use limits::MOST_DEGREE;
 use limits::{OVERFITTED, OVERFITTED_SAMPLES, START_SAMPLES};
 use linear_part::LinearPart;
@@ -180,12 +181,11 @@ impl RefinedHammerstein {
         let minimum = self.best_of_views(minimum, all, &cells, &input);
         let observed = &mut Observed::new(all, minimum.memory);
         observed.complete(&minimum.blocks.simulated(observed), minimum.blocks.offset);
-        let (minimum, with_jumps) = minimum.with_kinks_placed(&cells, observed);
+        let PlacedKinks { minimum, extended } = minimum.with_kinks_placed(&cells, observed);
         interrupt::check()?;
         let output_mean = observed.output_mean;
-        let blocks = CalibratedBlocks::new(&minimum, &with_jumps, &cells, &self.calibration, output_mean)?;
-        self.outcome(request, all, &minimum, blocks, warnings(all, plain))
-            .map(Some)
+        let blocks = CalibratedBlocks::new(&minimum, &extended, &cells, &self.calibration, output_mean)?;
+        self.outcome(request, all, &minimum, blocks, warnings(plain)).map(Some)
     }
 
     /// The calibrated blocks, the free run over all experiments, and the verdict on the fresh samples.
@@ -285,15 +285,10 @@ fn parameters(linear: &LinearBlock, breakpoints: usize) -> usize {
     linear.order() + numerator + breakpoints + 3
 }
 
-/// The plain estimate's warnings that also hold for the refined one, and a warning about an input that is not white.
-fn warnings(all: &Experiments, plain: &Identification) -> Vec<Warning> {
+/// What the plain estimate warns of that holds for the refined one.
+fn warnings(plain: &Identification) -> Vec<Warning> {
     let kept = |w: &&Warning| matches!(w, Warning::FewLevels { .. } | Warning::NoDependence { .. });
-    let mut warnings: Vec<Warning> = plain.warnings.iter().filter(kept).cloned().collect();
-    warnings.extend(colour(&all.u[..all.fitted]).map(|c| Warning::ColouredInput {
-        largest: c.largest,
-        lag: c.lag,
-    }));
-    warnings
+    plain.warnings.iter().filter(kept).cloned().collect()
 }
 
 /// The free run of a model over every experiment, and the verdict on the fresh samples that are not missing.
