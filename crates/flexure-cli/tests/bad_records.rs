@@ -65,7 +65,7 @@ fn files_that_are_no_records() {
         let outcome = folder.run("predict model.json text.csv -o predicted.csv");
         assert_eq!(outcome.code, Some(0), "{outcome:?}");
         let note = format!(
-            "note: {message}. It is only written beside the prediction: the state at the start is not estimated from it, and no fit is computed\n"
+            "note: {message}: no fit is computed, and the state at the start is not estimated from the output\n"
         );
         assert_eq!(outcome.stderr, note);
         assert!(folder.read("predicted.csv").starts_with("predicted\n"));
@@ -132,7 +132,7 @@ fn samples_that_are_missing_or_not_finite() {
     folder.failed(&COMMANDS[2].replace("RECORD", "output.csv"), message);
     let outcome = folder.run("predict model.json output.csv -o predicted.csv");
     assert_eq!(outcome.code, Some(0), "{outcome:?}");
-    let note = "note: output.csv, line 3: column 'y' is inf at sample 1; remove or repair that sample. It is only written beside the prediction: the state at the start is not estimated from it, and no fit is computed\n";
+    let note = "note: 1 of 3 samples of 'y' are missing or not finite: no fit is computed, and the state at the start is not estimated from the output\n";
     assert_eq!(outcome.stderr, note);
     assert!(!outcome.stdout.contains("fit"), "{outcome:?}");
     assert!(
@@ -200,7 +200,7 @@ fn another_sample_time_than_the_models_or_the_options() {
     folder.write("half.csv", rows(0.5));
     folder.write("slow.csv", rows(2.0));
     folder.done("identify half.csv --input u --output y -o model.json --sample-time 0.5");
-    let message = "slow.csv: the sample time is 2 s, but the model was identified at 0.5 s; resample the record";
+    let message = "slow.csv: the sample time is 2 s, but the model was identified at 0.5 s; flexure prepare --resample 0.5 brings the record to that";
     folder.failed("predict model.json slow.csv --input u -o new.csv", message);
     folder.failed("validate model.json slow.csv --input u --output y", message);
     folder.failed(

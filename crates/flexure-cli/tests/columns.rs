@@ -143,7 +143,7 @@ fn a_model_says_how_records_like_its_own_are_read() {
     let page = folder.run("report model.json later.csv -o page.html");
     assert_eq!((page.code, page.stderr), (Some(0), note));
     // What is given counts: the header is not on the first line.
-    let other = folder.run("validate model.json later.csv --skip-lines 0");
+    let other = folder.run("validate model.json later.csv --skip-lines 1");
     assert_eq!(other.code, Some(1));
     assert!(other.stderr.contains("--decimal comma --missing\n"), "{other:?}");
     // Nothing is kept of a record that needed nothing, and a topic is none of a text file.

@@ -109,6 +109,16 @@ pub enum Error {
         /// The columns' names.
         names: Vec<String>,
     },
+    /// No column has time stamps of the format that was given.
+    #[error("{}: no column has time stamps like '{format}': {column}", shown_path(.path))]
+    TimeFormat {
+        /// The file.
+        path: PathBuf,
+        /// The format.
+        format: String,
+        /// The column that may have time stamps, and what it is.
+        column: String,
+    },
     /// A text file cannot be understood at one line.
     #[error("{}, line {line}: {problem}", shown_path(.path))]
     Line {

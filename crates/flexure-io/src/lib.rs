@@ -24,6 +24,7 @@ pub mod urdf;
 
 mod atomic;
 mod bag;
+mod formats;
 mod hdf5;
 mod mat;
 mod memory;
@@ -39,6 +40,7 @@ mod write;
 
 pub use atomic::{check_writable, destination, make_folder, together, write_atomically};
 pub use error::{Error, LineProblem, NoMemory, Result};
+pub use formats::{FORMATS, Format};
 pub use memory::{check_computed, usual_memory};
 pub use model::{BlockLabel, ModelFile, ModelPath, RecordMark, model_text, parse_model, read_model, write_model};
 pub use options::{Decimal, ReadOptions};

@@ -227,29 +227,27 @@ fn missing_samples_as_programs_write_them() {
 #[test]
 fn an_instrument_with_lines_before_the_table() {
     let content = "Logger 7, channel list A\nStarted 10:00\nt,u,y\n0,1.5,0\n0.01,2.5,1\n0.02,3.5,2\n";
-    assert_eq!(
-        refused("preamble", content),
-        "log.csv, line 2: 1 field where there are 2 columns; if the table begins on line 3, say --skip-lines 2"
-    );
+    let file = read("preamble", content);
+    assert_log(&file, &["t", "u", "y"]);
+    assert_eq!(file.notes, ["lines 1 to 2 stand above the table and are left out"]);
     let options = ReadOptions {
         skip: 2,
         ..ReadOptions::default()
     };
     assert_log(&read_with(&options, "preamble", content).unwrap(), &["t", "u", "y"]);
+    // Without a header of its own, the table may have the first line as one.
+    assert_eq!(
+        refused("short_header", "u,y\n0,1.5,0\n1,2.5,1\n2,3.5,2\n3,4.5,2\n"),
+        "log.csv, line 2: 3 fields where there are 2 columns; if the table begins on line 2, say --skip-lines 1"
+    );
 }
 
 #[test]
 fn an_oscilloscope_with_settings_before_the_table() {
     let content = "Model,MSO54\r\nSample Interval,1e-2\r\n\r\nTIME,u,y\r\n0,1.5,0\r\n1e-2,2.5,1\r\n2e-2,3.5,2\r\n";
-    assert_eq!(
-        refused("scope", content),
-        "log.csv, line 4: 3 fields where there are 2 columns; if the table begins on line 4, say --skip-lines 3"
-    );
-    let options = ReadOptions {
-        skip: 3,
-        ..ReadOptions::default()
-    };
-    assert_log(&read_with(&options, "scope", content).unwrap(), &["TIME", "u", "y"]);
+    let file = read("scope", content);
+    assert_log(&file, &["TIME", "u", "y"]);
+    assert_eq!(file.notes, ["lines 1 to 3 stand above the table and are left out"]);
     // A line that is bad within the table is no beginning of one.
     assert!(!refused("scope_bad", "t,u\n0,1\n1\n2,1\n3,1\n4,1\n5,1\n").contains("begins on line"));
 }
@@ -351,18 +349,7 @@ fn a_spreadsheet_in_german_with_remarks() {
         .map(|i| format!("02.03.2026 08:00:00,0{i}0;{},5;\n", i + 1))
         .collect();
     let content = format!("sep=;\nDatum/Uhrzeit;u;Bemerkung\n{rows}");
-    let note = &read("german", &content).notes[0];
-    assert!(
-        note.starts_with("column 'Datum/Uhrzeit' and another one are left out"),
-        "{note}"
-    );
-    assert!(note.contains("--time-format"), "{note}");
-    // The format as Python writes it: %f is a fraction of a second.
-    let options = ReadOptions {
-        time_format: Some("%d.%m.%Y %H:%M:%S,%f".to_owned()),
-        ..ReadOptions::default()
-    };
-    let file = read_with(&options, "german_format", &content).unwrap();
+    let file = read("german", &content);
     assert_log(&file, &["Datum/Uhrzeit", "u"]);
     assert!(
         file.notes
@@ -373,21 +360,40 @@ fn a_spreadsheet_in_german_with_remarks() {
 }
 
 #[test]
+fn dates_with_slashes_need_a_format() {
+    let rows: String = (0..3)
+        .map(|i| format!("02/03/2026 08:00:00.0{i}0;{},5;ok\n", i + 1))
+        .collect();
+    let content = format!("Date;u;Remark\n{rows}");
+    let note = &read("slashes", &content).notes[0];
+    assert!(note.starts_with("columns 'Date' and 'Remark' are left out"), "{note}");
+    assert!(note.contains("--time-format"), "{note}");
+    let with_format = |format: &str| {
+        let options = ReadOptions {
+            time_format: Some(format.to_owned()),
+            ..ReadOptions::default()
+        };
+        read_with(&options, "slashes_format", &content)
+    };
+    // As Python writes it, where %f is a fraction of a second.
+    assert_log(&with_format("%d/%m/%Y %H:%M:%S.%f").unwrap(), &["Date", "u"]);
+    let message = with_format("%d-%m-%Y").unwrap_err().to_string();
+    assert!(
+        message.contains(
+            "no column has time stamps like '%d-%m-%Y': 'Date' is text, such as '02/03/2026 08:00:00.000' on line 2"
+        ),
+        "{message}"
+    );
+}
+
+#[test]
 fn a_labview_file_has_two_headers() {
     let content = "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\t\n\t\t\t\nChannels\t2\t\t\nSamples\t3\t3\t\n\
                    Y_Unit_Label\tV\tm\t\nX0\t0.0\t0.0\t\n***End_of_Header***\t\t\t\nX_Value\tu\ty\tComment\n\
                    0.00\t1.5\t4\t\n0.01\t2.5\t5\t\n0.02\t3.5\t6\t\n";
-    let message = refused("labview", content);
-    assert!(
-        message.ends_with("if the table begins on line 10, say --skip-lines 9"),
-        "{message}"
-    );
-    let options = ReadOptions {
-        skip: 9,
-        ..ReadOptions::default()
-    };
-    let file = read_with(&options, "labview_skip", content).unwrap();
+    let file = read("labview", content);
     assert_eq!(file.record.names(), ["X_Value", "u", "y"]);
+    assert_eq!(file.notes[0], "lines 1 to 9 stand above the table and are left out");
 }
 
 #[test]

@@ -13,11 +13,8 @@ use anyhow::{Context as _, Result, bail};
 use flexure::Record;
 use flexure::simulation::batch;
 use flexure::text::shown_path;
-use flexure_io::{ReadOptions, RecordFile, Row, make_folder, usual_memory, write_atomically};
+use flexure_io::{FORMATS, Format, ReadOptions, RecordFile, Row, make_folder, usual_memory, write_atomically};
 use serde_json::{Value, json};
-
-/// The formats that a folder is searched for.
-const FORMATS: [&str; 4] = ["csv", "parquet", "mat", "txt"];
 
 /// A machine of a data set.
 #[derive(Debug, Clone)]
@@ -94,10 +91,14 @@ pub fn members(dataset: &Path, by: &str, memory: Option<u64>, results: &Path) ->
         );
     }
     if members.is_empty() {
+        let extensions: Vec<&str> = FORMATS
+            .iter()
+            .flat_map(|format| format.extensions.iter().copied())
+            .collect();
         bail!(
             "{}: no record is in this folder; looked for are files that end in .{}",
             shown_path(dataset),
-            FORMATS.join(", .")
+            extensions.join(", .")
         );
     }
     Ok(members)
@@ -135,10 +136,9 @@ fn of_folder(folder: &Path, by: &str, memory: Option<u64>, results: &Path) -> Re
             if name.starts_with(['.', '_']) {
                 continue;
             }
-            let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
             if path.is_dir() {
                 open.push(path);
-            } else if path.is_file() && extension.is_some_and(|e| FORMATS.contains(&e.as_str())) {
+            } else if path.is_file() && Format::of(&path).is_some() {
                 let key = key_of(&path, by);
                 let source = Source::File(path, memory);
                 members.push(Member { key, source });

@@ -1,4 +1,4 @@
-//! Commands as child processes: what was asked for, how far it is, what it said.
+//! Commands as child processes: what was asked for, how far it is, what it printed.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Read, Write as _};
@@ -96,12 +96,12 @@ struct Job {
     ended: Option<Option<i32>>,
     cancelled: bool,
     outputs: BTreeMap<String, String>,
-    said: Arc<Mutex<Said>>,
+    printed: Arc<Mutex<Printed>>,
 }
 
-/// What a command says.
+/// What a command has printed.
 #[derive(Default)]
-struct Said {
+struct Printed {
     result: String,
     progress: String,
     messages: String,
@@ -134,7 +134,7 @@ impl Jobs {
         }
         let outputs = promise(project, &request.outputs)?;
         let begun = arguments(project, request, &outputs).and_then(|arguments| start(project, &arguments));
-        let (child, said) = begun.inspect_err(|_| project.release(outputs.values()))?;
+        let (child, printed) = begun.inspect_err(|_| project.release(outputs.values()))?;
         *last += 1;
         let job = Job {
             title: format!("{} {}", request.command, request.files.join(" ")),
@@ -144,7 +144,7 @@ impl Jobs {
             ended: None,
             cancelled: false,
             outputs,
-            said,
+            printed,
         };
         jobs.insert(*last, job);
         while jobs.len() > MOST_KEPT {
@@ -163,7 +163,7 @@ impl Jobs {
         let mut all = self.all();
         let job = all.1.get_mut(&number)?;
         job.look(project);
-        let said = job.said();
+        let printed = job.printed();
         let state = match (job.ended, job.cancelled) {
             (None, _) => "running",
             (_, true) => "cancelled",
@@ -174,9 +174,9 @@ impl Jobs {
             "title": job.title,
             "state": state,
             "seconds": job.seconds,
-            "progress": said.progress,
-            "result": said.result,
-            "messages": said.messages,
+            "progress": printed.progress,
+            "result": printed.result,
+            "messages": printed.messages,
             "outputs": if state == "done" { json!(job.outputs) } else { json!({}) },
         }))
     }
@@ -222,8 +222,8 @@ fn end(child: &mut Child) -> bool {
 }
 
 impl Job {
-    fn said(&self) -> MutexGuard<'_, Said> {
-        self.said.lock().unwrap_or_else(PoisonError::into_inner)
+    fn printed(&self) -> MutexGuard<'_, Printed> {
+        self.printed.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Notes whether the command has ended and all of its output has arrived. Then keeps what it printed, if that was asked for.
@@ -235,21 +235,23 @@ impl Job {
         let Ok(Some(status)) = self.child.try_wait() else {
             return;
         };
-        if self.said().open > 0 {
+        if self.printed().open > 0 {
             return;
         }
         let mut code = status.code();
         if let (Some(0), Some(name)) = (code, self.outputs.get(OBJECT)) {
-            let mut said = self.said();
-            let kept = match said.is_cut {
+            let mut printed = self.printed();
+            let kept = match printed.is_cut {
                 true => Err(format!(
                     "the object is longer than {LONGEST} bytes; the command line prints it"
                 )),
-                false => write_atomically(project.folder.join(name), |out| out.write_all(said.result.as_bytes()))
-                    .map_err(|error| error.to_string()),
+                false => write_atomically(project.folder.join(name), |out| {
+                    out.write_all(printed.result.as_bytes())
+                })
+                .map_err(|error| error.to_string()),
             };
             if let Err(problem) = kept {
-                said.messages.push_str(&problem);
+                printed.messages.push_str(&problem);
                 code = None;
             }
         }
@@ -306,7 +308,7 @@ fn arguments(project: &Project, request: &Request, outputs: &BTreeMap<String, St
     Ok(arguments)
 }
 
-fn start(project: &Project, arguments: &[String]) -> Result<(Child, Arc<Mutex<Said>>), String> {
+fn start(project: &Project, arguments: &[String]) -> Result<(Child, Arc<Mutex<Printed>>), String> {
     let program = std::env::current_exe().map_err(|error| error.to_string())?;
     let mut command = Command::new(program);
     command
@@ -320,12 +322,12 @@ fn start(project: &Project, arguments: &[String]) -> Result<(Child, Arc<Mutex<Sa
         .stderr(Stdio::piped());
     let unbegun = |error| format!("no command can be begun in {}: {error}", shown_path(&project.folder));
     let mut child = command.spawn().map_err(unbegun)?;
-    let said = Arc::new(Mutex::new(Said {
+    let printed = Arc::new(Mutex::new(Printed {
         open: 2,
-        ..Said::default()
+        ..Printed::default()
     }));
     let (out, err) = (child.stdout.take(), child.stderr.take());
-    let theirs = said.clone();
+    let theirs = printed.clone();
     std::thread::spawn(move || {
         let (mut text, mut is_cut) = (Vec::new(), false);
         if let Some(mut out) = out {
@@ -333,26 +335,26 @@ fn start(project: &Project, arguments: &[String]) -> Result<(Child, Arc<Mutex<Sa
             // Output beyond the limit is read, so that the command can end, and dropped.
             is_cut = std::io::copy(&mut out, &mut std::io::sink()).is_ok_and(|beyond| beyond > 0);
         }
-        let mut said = theirs.lock().unwrap_or_else(PoisonError::into_inner);
-        said.is_cut = is_cut;
-        said.result = String::from_utf8_lossy(&text).into_owned();
-        said.open -= 1;
+        let mut printed = theirs.lock().unwrap_or_else(PoisonError::into_inner);
+        printed.is_cut = is_cut;
+        printed.result = String::from_utf8_lossy(&text).into_owned();
+        printed.open -= 1;
     });
-    let theirs = said.clone();
+    let theirs = printed.clone();
     std::thread::spawn(move || {
         for line in err
             .into_iter()
             .flat_map(|err| BufReader::new(err).lines())
             .map_while(Result::ok)
         {
-            let mut said = theirs.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut printed = theirs.lock().unwrap_or_else(PoisonError::into_inner);
             match line.strip_prefix(MARK) {
-                Some(progress) => said.progress = progress.to_owned(),
-                None if (said.messages.len() as u64) < LONGEST => said.messages.extend([line.as_str(), "\n"]),
+                Some(progress) => printed.progress = progress.to_owned(),
+                None if (printed.messages.len() as u64) < LONGEST => printed.messages.extend([line.as_str(), "\n"]),
                 None => {}
             }
         }
         theirs.lock().unwrap_or_else(PoisonError::into_inner).open -= 1;
     });
-    Ok((child, said))
+    Ok((child, printed))
 }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 use std::time::UNIX_EPOCH;
 
-use flexure_io::write_atomically;
+use flexure_io::{Format, write_atomically};
 use serde_json::{Value, json};
 
 /// The longest name of a file, bytes: what file systems take, with room for a number.
@@ -88,11 +88,10 @@ impl Project {
             .to_ascii_lowercase();
         match extension.as_str() {
             "csv" if self.begins(name, is_curve) => "curve",
-            "csv" | "txt" | "dat" | "tsv" | "log" | "asc" | "parquet" | "mat" | "h5" | "hdf5" | "mcap" | "db3"
-            | "zst" | "zstd" => "record",
             "html" => "page",
             "json" if self.begins(name, |text| text.contains("\"flexure-model\"")) => "model",
             "toml" if self.begins(name, |text| text.lines().any(|line| line.trim() == "[arm]")) => "arm",
+            _ if Format::of(name).is_some() => "record",
             _ => "file",
         }
     }

@@ -42,7 +42,9 @@ pub(super) struct Layout {
     pub(super) units: Vec<Option<String>>,
     /// The lines of header and units.
     pub(super) heading_lines: usize,
-    /// The line on which the table seems to begin, if other lines precede it.
+    /// The lines in front of the table, which are left out.
+    pub(super) skip: u64,
+    /// The line on which the table seems to begin where other lines precede it.
     pub(super) table: Option<u64>,
     /// What was decided, as sentences.
     pub(super) notes: Vec<String>,
@@ -96,9 +98,16 @@ fn check_quotes(rows: &[Vec<String>], lines: &[Line]) -> Result<(), Problem> {
 impl Layout {
     /// Decides from the beginning of a file, `None` if it has no content.
     pub(super) fn of(head: &[u8], options: &ReadOptions) -> Result<Option<Self>, Problem> {
-        let lines = first_lines(head, options.skip, LINES);
+        if let Some(first) = first_lines(head, options.skip, 1).first() {
+            first.check_text()?;
+        }
+        let table = table_below(head, options);
+        let skip = match &table {
+            Some(table) if table.has_header && options.skip == 0 => table.line - 1,
+            _ => options.skip,
+        };
+        let lines = first_lines(head, skip, LINES);
         let Some(first) = lines.first() else { return Ok(None) };
-        first.check_text()?;
         let separator = match options.separator {
             Some(' ') => None,
             Some(character) => Some(character as u8),
@@ -112,9 +121,16 @@ impl Layout {
             names: Vec::new(),
             units: vec![None; rows[0].len()],
             heading_lines: 0,
-            table: table_below(head, options),
+            skip,
+            table: table.map(|table| table.line),
             notes: Vec::new(),
         };
+        if skip > options.skip {
+            layout.note(match skip {
+                1 => "line 1 stands above the table and is left out".to_owned(),
+                last => format!("lines 1 to {last} stand above the table and are left out"),
+            });
+        }
         let quoted = |line: &Line| line.bytes.contains(&b'"');
         let header = match options.header {
             Some(header) => header,
@@ -214,9 +230,17 @@ fn first_lines(head: &[u8], skip: u64, count: usize) -> Vec<Line> {
         .collect()
 }
 
-/// The line on which the table seems to begin, if other lines precede it. The first line then has another number of fields. From the table
-/// on, all lines have equally many, with numbers in the same columns, except for a header and a line of units.
-fn table_below(head: &[u8], options: &ReadOptions) -> Option<u64> {
+/// A table below other lines.
+struct TableBelow {
+    /// The line on which it seems to begin.
+    line: u64,
+    /// Whether it has a header of its own. Then the lines above it are none.
+    has_header: bool,
+}
+
+/// Looks for a table below other lines. The first line has another number of fields. The lines of the table have equally many, and numbers in the
+/// same columns, except for a header and a line of units.
+fn table_below(head: &[u8], options: &ReadOptions) -> Option<TableBelow> {
     let lines = first_lines(head, options.skip, SEARCHED_LINES);
     let found = [b',', b';', b'\t']
         .map(Some)
@@ -239,10 +263,13 @@ fn table_below(head: &[u8], options: &ReadOptions) -> Option<u64> {
                 .take_while(|row| is_heading(row))
                 .count();
             let has_lines_before = rows[0].len() != last.len() && block.len() - samples + headings >= TABLE_LINES;
-            (has_lines_before && last.len() > 1 && !numbers.is_empty())
-                .then(|| (last.len(), lines[others + 1 + samples - headings].number))
+            let table = || TableBelow {
+                line: lines[others + 1 + samples - headings].number,
+                has_header: headings > 0,
+            };
+            (has_lines_before && last.len() > 1 && !numbers.is_empty()).then(|| (last.len(), table()))
         });
-    found.max_by_key(|(width, _)| *width).map(|(_, line)| line)
+    found.max_by_key(|(width, _)| *width).map(|(_, table)| table)
 }
 
 /// Step 1; see the module.

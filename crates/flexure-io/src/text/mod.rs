@@ -58,38 +58,16 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
         problem,
     };
     let head = head_of(&mut input).map_err(fail)?;
-    let too_long = LineProblem::TooLong { limit: LONGEST_LINE };
-    if head.len() as u64 > LONGEST_LINE {
-        return Err(at((1, too_long)));
-    }
-    if head.starts_with(b"{") && head.windows(MODEL.len()).any(|part| part == MODEL.as_bytes()) {
-        return Err(at((1, LineProblem::Model)));
-    }
+    check_head(&head).map_err(|problem| at((1, problem)))?;
     budget.take(COLUMN * fields(&head), "the list of columns")?;
-    // The last line may be incomplete.
-    let whole = match head.iter().rposition(|&b| b == b'\n') {
-        Some(end) if head.len() as u64 >= HEAD => &head[..=end],
-        _ => &head[..],
+    let layout = layout(&head, path, options, at)?;
+    // In a table of one column, a blank line may be a missing sample.
+    let heading = match layout.names.len() {
+        0 | 1 => 0,
+        _ => layout.heading_lines,
     };
-    let Some(layout) = Layout::of(whole, options).map_err(at)? else {
-        let path = path.to_owned();
-        return Err(match options.skip {
-            0 => Error::Empty { path },
-            lines => Error::AllSkipped { path, lines },
-        });
-    };
-    // In a file of one column, a blank line may be a missing sample.
-    let heading = if layout.names.len() > 1 {
-        layout.heading_lines
-    } else {
-        0
-    };
-    let lines = Lines::new(
-        BufReader::with_capacity(HEAD as usize, Cursor::new(head).chain(input)),
-        options.skip,
-        layout.separator.is_none(),
-    )
-    .with_heading(heading);
+    let input = BufReader::with_capacity(HEAD as usize, Cursor::new(head).chain(input));
+    let lines = Lines::new(input, layout.skip, layout.separator.is_none()).with_heading(heading);
     let mut columns: Vec<Column> = layout.names.iter().cloned().map(Column::new).collect();
     let mut sample_lines = SampleLines::default();
     let mut numbers = Numbers::new(options.decimal);
@@ -120,13 +98,40 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
             names: layout.names,
         });
     }
-    let mut file = assemble(path, layout, columns)?;
+    let mut file = assemble(path, layout, columns, options)?;
     file.notes.extend(decimals.map(str::to_owned));
     file.lines = sample_lines;
     Ok(file)
 }
 
-/// An upper bound on the number of fields in the first line of a text.
+/// Refuses what begins like no table.
+fn check_head(head: &[u8]) -> std::result::Result<(), LineProblem> {
+    if head.len() as u64 > LONGEST_LINE {
+        return Err(LineProblem::TooLong { limit: LONGEST_LINE });
+    }
+    if head.starts_with(b"{") && head.windows(MODEL.len()).any(|part| part == MODEL.as_bytes()) {
+        return Err(LineProblem::Model);
+    }
+    Ok(())
+}
+
+/// The layout of a table with this head; `at` makes the error of a line.
+fn layout(head: &[u8], path: &Path, options: &ReadOptions, at: impl Fn((u64, LineProblem)) -> Error) -> Result<Layout> {
+    // The last line may be there in part.
+    let whole = match head.iter().rposition(|&b| b == b'\n') {
+        Some(end) if head.len() as u64 >= HEAD => &head[..=end],
+        _ => head,
+    };
+    let path = || path.to_owned();
+    Layout::of(whole, options)
+        .map_err(at)?
+        .ok_or_else(|| match options.skip {
+            0 => Error::Empty { path: path() },
+            lines => Error::AllSkipped { path: path(), lines },
+        })
+}
+
+/// An upper limit of the number of fields in the first line.
 fn fields(head: &[u8]) -> u64 {
     let line = head.split(|&byte| byte == b'\n').next().unwrap_or_default();
     let count = |separator| line.iter().filter(|&&byte| byte == separator).count() as u64;
@@ -179,8 +184,8 @@ fn read_row<'a>(
     Ok(())
 }
 
-/// The record of the columns that are signals, with notes on the others.
-fn assemble(path: &Path, layout: Layout, columns: Vec<Column>) -> Result<RecordFile> {
+/// The record of the columns that are signals, and what the others are.
+fn assemble(path: &Path, layout: Layout, columns: Vec<Column>, options: &ReadOptions) -> Result<RecordFile> {
     let mut signals = Vec::new();
     let mut units = Vec::new();
     let (mut origins, mut others, mut stamps) = (Vec::new(), Vec::new(), Vec::new());
@@ -203,6 +208,13 @@ fn assemble(path: &Path, layout: Layout, columns: Vec<Column>) -> Result<RecordF
         units.push(if stamps.is_some() { Some("s".to_owned()) } else { unit });
         notes.extend(stamps);
         signals.push((column.name, column.values));
+    }
+    if let (Some(format), Some(&first), true) = (&options.time_format, stamps.first(), origins.is_empty()) {
+        return Err(Error::TimeFormat {
+            path: path.to_owned(),
+            format: format.clone(),
+            column: others[first].to_string(),
+        });
     }
     let record = Record::new(signals).map_err(|error| Error::data(path, error))?;
     if record.is_empty() {
@@ -230,7 +242,10 @@ pub(crate) fn left_out(others: &[Other], stamps: &[usize]) -> Option<String> {
     let name = &first.name;
     let which = match others.len() {
         1 => format!("column '{name}' is left out"),
-        2 => format!("column '{name}' and another one are left out"),
+        2 => {
+            let other = others.iter().find(|other| other.name != *name).unwrap_or(&first);
+            format!("columns '{name}' and '{}' are left out", other.name)
+        }
         count => format!("column '{name}' and {} others are left out", count - 1),
     };
     let reason = format!("{which}: {first}");

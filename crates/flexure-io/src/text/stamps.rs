@@ -2,8 +2,9 @@
 
 use chrono::{DateTime, NaiveDate, NaiveDateTime, NaiveTime};
 
-/// ISO 8601 as programs write it, by the patterns of `chrono::format::strftime`.
-const FORMATS: [&str; 10] = [
+/// ISO 8601 as programs write it, and dates with points, by the patterns of `chrono::format::strftime`. Dates with points begin with the day wherever
+/// they are in use; dates with slashes need a format.
+const FORMATS: [&str; 12] = [
     "%Y-%m-%dT%H:%M:%S%.f%#z",
     "%Y-%m-%d %H:%M:%S%.f%#z",
     "%Y-%m-%dT%H:%M:%S%.f",
@@ -11,6 +12,8 @@ const FORMATS: [&str; 10] = [
     "%Y/%m/%d %H:%M:%S%.f",
     "%Y-%m-%d %H:%M",
     "%Y%m%dT%H%M%S%.f",
+    "%d.%m.%Y %H:%M:%S%.f",
+    "%d.%m.%Y %H:%M",
     "%Y-%m-%d",
     "%H:%M:%S%.f",
     "%H:%M",
@@ -110,11 +113,14 @@ mod tests {
             "2024/05/01 10:00:00.1",
             "20240501T100000.1",
             "2024-05-01T10:00:00,100",
+            "01.05.2024 10:00:00,100",
+            "1.5.2024 10:00:00.1",
             "2024-05-01T12:00:00,1+02:00",
         ] {
             assert_eq!(instant(field), Some(tenth), "{field}");
         }
         assert_eq!(instant("2024-05-01 10:01").unwrap() - tenth, 59_900_000_000);
+        assert_eq!(instant("01.05.2024 10:01"), instant("2024-05-01 10:01"));
         assert_eq!(instant("10:00:00.1"), Some(36_000_100_000_000));
         assert_eq!(
             instant("2024-05-02").unwrap() - instant("2024-05-01").unwrap(),
