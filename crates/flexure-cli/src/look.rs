@@ -1,11 +1,13 @@
 //! `flexure look`: what a record is like, and the command to type next.
 
-use std::path::PathBuf;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use flexure::text::readable;
-use flexure_io::Topic;
+use flexure_io::{ReadOptions, Topic};
 use flexure_workbench::look::{Inspection, Request, Suggestion};
+use flexure_workbench::text::decimal;
 use serde_json::json;
 
 use crate::arguments;
@@ -13,6 +15,9 @@ use crate::files::{prepare, write_text, wrote};
 use crate::output::{command_line, print, print_result, this_command};
 use crate::progress::spinning;
 use crate::reading::Reading;
+
+/// A longer record than this is not looked at unless that is asked for: a look at it takes seconds.
+const LOOKED_AT: usize = 300_000;
 
 /// Look at a record: what its columns are like, what depends on what, and which command to type next.
 ///
@@ -46,13 +51,41 @@ pub struct Arguments {
 impl Arguments {
     /// A suggested command as it is typed: for this record, with the reading options of this command.
     fn typed(&self, suggestion: &Suggestion) -> String {
-        let options = suggestion.options.iter().cloned().chain(self.reading.given());
-        let record = [suggestion.command.into(), self.record.clone().into_os_string()];
-        command_line(record.into_iter().chain(options.map(Into::into)))
+        let step = self.sample_time.filter(|_| suggestion.command != "regress");
+        let step = step.map(|step| ["--sample-time".to_owned(), decimal(step)]);
+        typed(
+            &self.record,
+            suggestion,
+            step.into_iter().flatten().chain(self.reading.given()),
+        )
     }
 }
 
-/// If no topic of a bag was chosen, lists the topics and what to type next. Passes on any other error.
+/// A suggested command as it is typed, with further options.
+fn typed(record: &Path, suggestion: &Suggestion, further: impl IntoIterator<Item = String>) -> String {
+    let options = suggestion.options.iter().cloned().chain(further);
+    let record = [suggestion.command.into(), record.into()];
+    command_line(record.into_iter().chain(options.map(Into::into)))
+}
+
+/// The command to type after a record was written: what a look at it suggests, or the look where that takes long.
+pub fn next_for(record: &Path, samples: usize) -> Option<String> {
+    if samples > LOOKED_AT {
+        return Some(command_line([OsString::from("look"), record.into()]));
+    }
+    let file = ReadOptions::default().read(record).ok()?;
+    let request = Request {
+        time: file.instants(None, &[]).ok()?,
+        sample_time: None,
+        inputs: &[],
+        output: None,
+    };
+    let inspection = spinning("looking", || Inspection::new(&file, &request)).ok()?;
+    let suggestion = inspection.suggestion.as_ref()?;
+    Some(typed(record, suggestion, []))
+}
+
+/// Lists the topics of a bag of which none was chosen, and what to type next; passes on any other error.
 fn list_topics(arguments: &Arguments, error: anyhow::Error) -> Result<()> {
     let topics = match error.downcast_ref() {
         Some(flexure_io::Error::Topics {

@@ -12,6 +12,7 @@ use serde_json::json;
 
 use crate::arguments;
 use crate::files::prepare;
+use crate::look;
 use crate::output::print;
 use crate::progress::spinning;
 use crate::reading::Reading;
@@ -233,5 +234,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         };
         lines.push(format!("{samples} missing, written as NaN{hint}"));
     }
+    let next = look::next_for(&arguments.out, prepared.table.len());
+    lines.extend(
+        next.into_iter()
+            .flat_map(|next| [String::new(), format!("next: {next}")]),
+    );
     print(&lines.join("\n"))
 }

@@ -1,5 +1,7 @@
 //! Preparations that a record needs before an identification.
 
+use std::ops::Range;
+
 use flexure::look::{Clock, Column, Look};
 use flexure::text::counted;
 use flexure_io::RecordFile;
@@ -12,9 +14,6 @@ const FILLED: usize = 3;
 
 /// The longest gap that is interpolated before an identification, in samples. Convention.
 const LONGEST_FILLED: usize = 10;
-
-/// What comes after a preparation.
-const LOOK_AGAIN: &str = "Then look again: flexure look prepared.csv";
 
 /// The columns with samples far from their neighbours.
 pub(super) fn with_outliers(look: &Look) -> Vec<&Column> {
@@ -47,9 +46,7 @@ pub(super) fn without_outliers(columns: &[&Column]) -> Option<Suggestion> {
         _ => format!("{count} outliers hide what depends on what. This interpolates them."),
     };
     let options = ["--outliers", &names, "--fill", &fill, "-o", "prepared.csv"];
-    let mut suggestion = Suggestion::new("prepare", &options, why);
-    suggestion.notes.push(LOOK_AGAIN.to_owned());
-    Some(suggestion)
+    Some(Suggestion::new("prepare", &options, why))
 }
 
 /// A preparation of a record whose samples are not evenly spaced; inputs of few levels hold their value between samples.
@@ -60,82 +57,78 @@ pub(super) fn even_spacing(
     sample_time: f64,
     inputs: &[usize],
 ) -> Suggestion {
-    let samples = look
-        .time
-        .map_or(0, |i| look.columns[i].samples + look.columns[i].missing);
+    let samples = (look.time).map_or(0, |i| look.columns[i].samples + look.columns[i].missing);
+    let stretch = longest_stretch(clock, samples);
+    let cuts = stretch.len() < samples && !loses_few(clock);
+    let wild: Vec<&Column> = with_outliers(look).into_iter().filter(|c| are_wild(c, file)).collect();
+    let (part, outliers) = (format!("{}:{}", stretch.start, stretch.end), joined(&wild));
+    let mut options: Vec<&str> = Vec::new();
+    if cuts {
+        options.extend(["--cut-samples", &part]);
+    }
+    if !outliers.is_empty() {
+        options.extend(["--outliers", &outliers]);
+    }
+    let resampling = resampling(look, clock, sample_time, inputs, cuts);
+    options.extend(resampling.iter().map(String::as_str));
+    options.extend(["-o", "prepared.csv"]);
+    let why = match clock.jitter > Clock::UNIFORM || !clock.backwards.is_empty() {
+        true => "The samples are not evenly spaced, which every identification needs.",
+        false => "Samples are lost, and every identification needs all of them, evenly spaced.",
+    };
+    let mut suggestion = Suggestion::new("prepare", &options, why.to_owned());
+    let notes = &mut suggestion.notes;
+    if !outliers.is_empty() {
+        notes.push("Outliers become missing samples, and are interpolated.".to_owned());
+    }
+    match cuts {
+        true => notes.push(format!(
+            "This keeps the longest part without a gap: {} of {samples} samples.",
+            stretch.len()
+        )),
+        false if !clock.gaps.is_empty() => {
+            let lost = clock.gaps.iter().map(|gap| (gap.steps - 1.0).round().max(1.0) as usize);
+            notes.push(format!("This interpolates {}.", counted(lost.sum(), "lost sample")));
+        }
+        false => {}
+    }
+    suggestion
+}
+
+/// The longest part without a gap and without a step back in time.
+fn longest_stretch(clock: &Clock, samples: usize) -> Range<usize> {
     let mut breaks: Vec<usize> = clock.gaps.iter().map(|gap| gap.sample).collect();
     breaks.extend(&clock.backwards);
     breaks.extend([0, samples]);
     breaks.sort_unstable();
-    let longest = breaks
-        .windows(2)
-        .map(|w| w[0]..w[1])
-        .rev()
-        .max_by_key(|stretch| stretch.len());
-    let stretch = longest.unwrap_or(0..samples);
-    let (part, step) = (format!("{}:{}", stretch.start, stretch.end), plain(sample_time));
-    let mut options: Vec<&str> = Vec::new();
-    // A few lost samples are interpolated.
+    let stretches = breaks.windows(2).map(|w| w[0]..w[1]);
+    stretches.rev().max_by_key(Range::len).unwrap_or(0..samples)
+}
+
+/// Whether so few samples are lost in each gap that they are interpolated.
+fn loses_few(clock: &Clock) -> bool {
     let is_short = |steps: f64| steps <= LONGEST_FILLED as f64 + 1.0;
-    let few_lost = clock.backwards.is_empty() && clock.gaps.iter().all(|gap| is_short(gap.steps));
-    let cuts = stretch.len() < samples && !few_lost;
-    if cuts {
-        options.extend(["--cut-samples", &part]);
+    clock.backwards.is_empty() && clock.gaps.iter().all(|gap| is_short(gap.steps))
+}
+
+/// The options that resample; none where the part that is kept is evenly spaced.
+fn resampling(look: &Look, clock: &Clock, sample_time: f64, inputs: &[usize], cuts: bool) -> Vec<String> {
+    if clock.jitter <= Clock::UNIFORM && cuts {
+        return Vec::new();
     }
-    let wild: Vec<&Column> = with_outliers(look).into_iter().filter(|c| are_wild(c, file)).collect();
-    // After resampling, a lost sample also leaves no values on its two sides.
-    let lost = clock
-        .gaps
-        .iter()
-        .map(|gap| gap.steps.ceil() as usize + 1)
-        .max()
-        .unwrap_or(0);
-    let fill = lost.to_string();
-    let outliers = joined(&wild);
-    if !outliers.is_empty() {
-        options.extend(["--outliers", &outliers]);
+    let mut options = vec!["--resample".to_owned(), plain(sample_time)];
+    // A lost sample leaves none on its two sides, at new instants, either.
+    let lost = clock.gaps.iter().map(|gap| gap.steps.ceil() as usize + 1).max();
+    if let Some(lost) = lost.filter(|lost| *lost > FILLED && !cuts) {
+        options.extend(["--fill".to_owned(), lost.to_string()]);
     }
-    let held: Vec<&str> = (inputs.iter().map(|&i| &look.columns[i]))
+    let held: Vec<&Column> = (inputs.iter().map(|&i| &look.columns[i]))
         .filter(|column| column.levels.is_some())
-        .map(|column| column.name.as_str())
         .collect();
-    let held = held.join(",");
-    if clock.jitter > Clock::UNIFORM || !cuts {
-        options.extend(["--resample", &step]);
-        if lost > FILLED && !cuts {
-            options.extend(["--fill", &fill]);
-        }
-        if !held.is_empty() {
-            options.extend(["--hold", &held]);
-        }
+    if !held.is_empty() {
+        options.extend(["--hold".to_owned(), joined(&held)]);
     }
-    options.extend(["-o", "prepared.csv"]);
-    let why = "The samples are not evenly spaced, which every identification needs.".to_owned();
-    let mut suggestion = Suggestion::new("prepare", &options, why);
-    if !outliers.is_empty() {
-        suggestion
-            .notes
-            .push("Outliers become missing samples, and are interpolated.".to_owned());
-    }
-    if !cuts && !clock.gaps.is_empty() {
-        let lost = clock
-            .gaps
-            .iter()
-            .map(|gap| (gap.steps - 1.0).round().max(1.0) as usize)
-            .sum();
-        suggestion
-            .notes
-            .push(format!("This interpolates {}.", counted(lost, "lost sample")));
-    }
-    if cuts {
-        let text = format!(
-            "This keeps the longest part without a gap: {} of {samples} samples.",
-            stretch.len()
-        );
-        suggestion.notes.push(text);
-    }
-    suggestion.notes.push(LOOK_AGAIN.to_owned());
-    suggestion
+    options
 }
 
 /// A preparation of a record with columns that miss samples which the identification needs: short gaps are interpolated; otherwise the
@@ -176,6 +169,5 @@ pub(super) fn repair(look: &Look, file: &RecordFile, columns: &[usize]) -> Sugge
             missing.len()
         ),
     });
-    suggestion.notes.push(LOOK_AGAIN.to_owned());
     suggestion
 }

@@ -10,6 +10,7 @@ use std::ops::Range;
 use super::interpolation::Spline;
 use super::{LONGEST_GAP, LowPass};
 use crate::error::{DataError, Error, Result};
+use crate::look::Clock;
 use crate::record::rounded_step;
 use crate::sort::median;
 
@@ -71,6 +72,25 @@ impl Grid {
             true => self.start + i / rate,
             false => self.start + i * self.step,
         }
+    }
+
+    /// The instants for which the instants `t` stand, whose usual step is `step`: each is near one of its own. `None` where one is not.
+    fn near(&self, t: &[f64], step: f64) -> Option<Vec<f64>> {
+        if (self.step / step - 1.0).abs() > SAME_STEP {
+            return None;
+        }
+        let mut last = f64::NEG_INFINITY;
+        let near = t.iter().map(|t| {
+            let i = ((t - self.start) / self.step).round();
+            let instant = match i >= 0.0 {
+                true => self.instant(i as usize),
+                false => self.start + i * self.step,
+            };
+            let is_own = i > last && (t - instant).abs() <= Clock::UNIFORM * self.step;
+            last = i;
+            is_own.then_some(instant)
+        });
+        near.collect()
     }
 
     /// All instants.
@@ -164,7 +184,8 @@ impl Resampling {
             return Err(Error::length("x", x.len(), t.len()));
         }
         let step = nominal_step(t)?;
-        let points = Points::of(t, x, (self.longest_gap as f64 + 1.5) * step);
+        let near = grid.near(t, step);
+        let points = Points::of(near.as_deref().unwrap_or(t), x, (self.longest_gap as f64 + 1.5) * step);
         if self.between == Between::Held {
             return Ok(points.means(grid, step));
         }

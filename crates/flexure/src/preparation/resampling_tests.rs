@@ -244,3 +244,29 @@ proptest! {
         }
     }
 }
+
+/// A clock that jitters by 2 % of its step and lost three samples: the others keep their values, and nothing leaves their range.
+#[test]
+fn samples_near_the_new_instants_keep_their_values() {
+    let kept: Vec<usize> = (0..200).filter(|i| !(90..93).contains(i)).collect();
+    let t: Vec<f64> = kept
+        .iter()
+        .map(|i| 0.25 * (*i as f64 + 0.02 * (7.0 * *i as f64).sin()))
+        .collect();
+    // A command that jumps, which a spline through the instants as they are would overshoot.
+    let x: Vec<f64> = kept.iter().map(|i| if i / 10 % 2 == 0 { 0.0 } else { 1.0 }).collect();
+    let grid = Grid::over([t[0], t[t.len() - 1]], 0.25).unwrap();
+    let smooth = Resampling::default().resample(&t, &x, &grid).unwrap();
+    assert_eq!(smooth.len(), 200);
+    for (i, x) in kept.iter().zip(&x) {
+        assert!((smooth[*i] - x).abs() < 1e-14, "{i}: {} {x}", smooth[*i]);
+    }
+    assert!(smooth[90..93].iter().all(|x| x.is_finite()));
+    // With a jitter of 15 % the instants count: the values change.
+    let t: Vec<f64> = kept
+        .iter()
+        .map(|i| 0.25 * (*i as f64 + 0.15 * (7.0 * *i as f64).sin()))
+        .collect();
+    let smooth = Resampling::default().resample(&t, &x, &grid).unwrap();
+    assert!(kept.iter().zip(&x).any(|(i, x)| (smooth[*i] - x).abs() > 0.01));
+}
