@@ -9,7 +9,7 @@ use flexure::identify::robot_joint::{AxisDrive, Extra};
 use flexure_io::RecordFile;
 use flexure_io::arm::{ArmFile, Excitation};
 use flexure_workbench::joints::{
-    Axes as IdentifiedAxes, AxisLog, Found, Joint as Identified, Log, Motion, Place, Settings, identify,
+    Axes as IdentifiedAxes, AxisLog, IdentifiedAxis, Joint as Identified, Log, Motion, Place, Settings, identify,
 };
 use pyo3::prelude::*;
 
@@ -253,7 +253,7 @@ pub fn identify_axes(
             };
             let joint = identify(log, &settings, &file, argument)?;
             let motions = joint.simulate(None)?;
-            Ok(Found {
+            Ok(IdentifiedAxis {
                 joint,
                 motions,
                 remark: remark.clone(),

@@ -36,12 +36,8 @@ pub struct Arguments {
     /// the record.
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = arguments::count)]
     skip: Option<usize>,
-    /// Skip samples whose output is missing (NaN, or an empty field) instead of refusing them.
-    #[arg(long)]
-    missing: bool,
-    /// Leave outliers of the output out of the verdicts: samples far from the model and from the neighbouring samples. Each model has its own.
-    #[arg(long)]
-    robust: bool,
+    #[command(flatten)]
+    switches: Switches,
     /// Write a page with the models' runs here.
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
@@ -63,11 +59,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .iter()
         .map(|path| Ok((path.display().to_string(), read_model(path)?)))
         .collect::<Result<_>>()?;
-    // The models' records may have been read with different options: the first model decides how this record is read.
-    let mut switches = Switches {
-        missing: arguments.missing,
-        robust: arguments.robust,
-    };
+    // Every model's record may have been read in its own way: what this one takes of it, the first model says.
+    let mut switches = arguments.switches;
     let reading = match models.first() {
         Some((_, model)) => &arguments.reading.as_of_model(model, Some(&mut switches), record)?,
         None => &arguments.reading,

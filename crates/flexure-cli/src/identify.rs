@@ -17,7 +17,7 @@ use crate::columns::Connected;
 use crate::experiments::{self, Experiments};
 use crate::files::{prepare, write_text, wrote};
 use crate::method::{self, MethodName, PlainOptions, RefinedOptions};
-use crate::output::{print, print_note, print_result, this_command};
+use crate::output::{print, print_note, print_result, quoted, this_command};
 use crate::periods::PeriodOptions;
 use crate::progress::{spinning, spinning_through};
 use crate::python::{self, Call};
@@ -354,8 +354,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     // The default structure is one of many.
     let is_default = arguments.structure.is_none() && arguments.given().next().is_none() && samples.len() == 1;
-    let next = (is_default && columns.inputs.len() == 1 && !identified.result.verdict.holds())
-        .then(|| [String::new(), format!("next: {} --structure auto", this_command())]);
+    let holds = identified.result.verdict.holds();
+    let next = match &arguments.model {
+        _ if !holds && is_default && columns.inputs.len() == 1 => Some(format!("{} --structure auto", this_command())),
+        Some(model) if holds => Some(format!(
+            "flexure validate {} ANOTHER-LOG",
+            quoted(&model.display().to_string())
+        )),
+        _ => None,
+    };
+    let next = next.map(|command| [String::new(), format!("next: {command}")]);
     print_result(&identified.summary(), wrote(outputs).chain(next.into_iter().flatten()))
 }
 

@@ -9,7 +9,7 @@ use flexure::validation::FitMeasures;
 use flexure_io::{ModelFile, RecordFile, write_record};
 use flexure_workbench::Named;
 use flexure_workbench::systems::{Ahead, FreeRun, Outside, Start, columns};
-use flexure_workbench::text::number;
+use flexure_workbench::text::{grouped, number};
 use serde_json::json;
 
 use crate::applied::{Applied, ModelOnRecord};
@@ -67,8 +67,16 @@ impl Arguments {
         }
         let used = match file.finite(output) {
             Err(error) if there => {
+                let what = match file.column(output) {
+                    Ok(values) => format!(
+                        "{} of {} samples of '{output}' are missing or not finite",
+                        grouped(values.iter().filter(|y| !y.is_finite()).count()),
+                        grouped(values.len())
+                    ),
+                    Err(_) => error.to_string(),
+                };
                 print_note(&format!(
-                    "note: {error}. It is only written beside the prediction: the state at the start is not estimated from it, and no fit is computed"
+                    "note: {what}: no fit is computed, and the state at the start is not estimated from the output"
                 ));
                 None
             }

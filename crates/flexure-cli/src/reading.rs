@@ -8,7 +8,7 @@ use std::path::Path;
 use anyhow::{Context as _, Result, bail};
 use clap::{Args as _, FromArgMatches as _, ValueEnum};
 use flexure::text::{exact, shown_path};
-use flexure_io::{Decimal, Instants, ModelFile, ReadOptions, RecordFile, TimeColumn};
+use flexure_io::{Decimal, Format, Instants, ModelFile, ReadOptions, RecordFile, TimeColumn};
 use flexure_workbench::look::NOTED_JITTER;
 
 use crate::arguments;
@@ -74,8 +74,7 @@ enum Answer {
     No,
 }
 
-/// Extensions of files that have parts, and the options that name one.
-const WITH_PARTS: [&str; 6] = ["mcap", "db3", "h5", "hdf5", "mat", "zst"];
+/// The options that name a part of a file.
 const OF_PARTS: [&str; 2] = ["topic", "joint"];
 /// The most bytes of a first line that are read.
 const LONGEST_HEAD: u64 = 1 << 16;
@@ -108,12 +107,15 @@ fn typed((name, value): (&String, &String)) -> [String; 2] {
     [format!("--{name}"), value.clone()]
 }
 
-/// Options on the output. If a model's record was read with them, they apply to further records too.
-#[derive(Debug, Clone, Copy, Default)]
+/// Options on the output that a model's record may have had, and records like it then have too.
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
 pub struct Switches {
-    /// Outputs may be missing.
+    /// Skip samples whose output is missing (NaN, or an empty field) instead of refusing them.
+    #[arg(long)]
     pub missing: bool,
-    /// Outliers of the output do not count.
+    /// Leave outliers of the output out of the verdict: samples far from the model and from the neighbouring samples. A model that was
+    /// identified with this option is judged with it.
+    #[arg(long)]
     pub robust: bool,
 }
 
@@ -197,9 +199,7 @@ impl Reading {
     /// For options in the model file that this version does not know.
     pub fn as_of_model(&self, model: &ModelFile, switches: Option<&mut Switches>, record: &Path) -> Result<Reading> {
         let own = self.kept();
-        let parts = record
-            .extension()
-            .is_some_and(|e| WITH_PARTS.iter().any(|known| e == *known));
+        let parts = Format::of(record).is_some_and(|format| format.has_parts);
         let headed = begins_with_columns(record, model);
         let fits = |name: &String| {
             let fits_file = (parts || !OF_PARTS.contains(&name.as_str())) && !(headed && name == "skip-lines");
@@ -292,10 +292,16 @@ impl Reading {
             && (model - time.clock.step).abs() > SAME_SAMPLE_TIME * model
         {
             bail!(
-                "{}: the sample time is {} s, but the model was identified at {model} s; resample the record",
+                "{}: the sample time is {} s, but the model was identified at {model} s; flexure prepare --resample {model} brings the record to that",
                 shown_path(&file.path),
                 exact(time.clock.step)
             );
+        }
+        if let (Some(model), None) = (model, &time) {
+            print_note(&format!(
+                "note: {}: no column has the sample instants; the sample time is taken as the model's, {model} s",
+                shown_path(&file.path)
+            ));
         }
         Ok(time)
     }

@@ -28,13 +28,8 @@ pub struct Arguments {
     /// Leave the first N samples out of the verdict.
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = arguments::count)]
     skip: Option<usize>,
-    /// Skip samples whose output is missing (NaN, or an empty field) instead of refusing them.
-    #[arg(long)]
-    missing: bool,
-    /// Leave outliers of the output out of the verdict: samples far from the model and from the neighbouring samples. A model that was
-    /// identified with this option is judged with it.
-    #[arg(long)]
-    robust: bool,
+    #[command(flatten)]
+    switches: Switches,
     /// Write the page here.
     #[arg(short = 'o', long = "out", value_name = "PAGE.html")]
     out: PathBuf,
@@ -74,10 +69,7 @@ impl Page {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let mut switches = Switches {
-        missing: arguments.missing,
-        robust: arguments.robust,
-    };
+    let mut switches = arguments.switches;
     let Applied {
         model, file, connected, ..
     } = arguments.applied.open([], [&arguments.out], Some(&mut switches))?;

@@ -26,13 +26,8 @@ pub struct Arguments {
     /// tenth of the record, as the state at the start is not known.
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = arguments::count)]
     skip: Option<usize>,
-    /// Skip samples whose output is missing (NaN, or an empty field) instead of refusing them.
-    #[arg(long)]
-    missing: bool,
-    /// Leave outliers of the output out of the verdict: samples far from the model and from the neighbouring samples. A model that was
-    /// identified with this option is judged with it.
-    #[arg(long)]
-    robust: bool,
+    #[command(flatten)]
+    switches: Switches,
     /// Write the page of the model on this record here, as flexure report does.
     #[arg(long, value_name = "PAGE.html")]
     report: Option<PathBuf>,
@@ -43,10 +38,7 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let mut switches = Switches {
-        missing: arguments.missing,
-        robust: arguments.robust,
-    };
+    let mut switches = arguments.switches;
     let Applied {
         model, file, connected, ..
     } = arguments.applied.open([], &arguments.report, Some(&mut switches))?;

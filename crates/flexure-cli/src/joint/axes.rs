@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use flexure_io::RecordFile;
-use flexure_workbench::joints::{Axes, Found, MOST_AXES, identify};
+use flexure_workbench::joints::{Axes, IdentifiedAxis, MOST_AXES, identify};
 
 use super::Arguments;
 use super::log::{Columns, Names};
@@ -64,7 +64,7 @@ pub fn run(arguments: &Arguments, AxisNames(axes): &AxisNames) -> Result<()> {
     let found = measured("identifying", |reported| {
         Axes::new(&file.name(), arguments.prismatic, axes, |i, axis| {
             reported.at(i, axes.len());
-            arguments.found(&file, given.of_axis(axis, &file))
+            arguments.identified(&file, given.of_axis(axis, &file))
         })
     })?;
     // Everything is made before anything is written.
@@ -89,8 +89,8 @@ pub fn run(arguments: &Arguments, AxisNames(axes): &AxisNames) -> Result<()> {
 }
 
 impl Arguments {
-    /// The result for the axis in these columns.
-    fn found(&self, file: &RecordFile, names: Names) -> Result<Found> {
+    /// What is found of the axis in these columns.
+    fn identified(&self, file: &RecordFile, names: Names) -> Result<IdentifiedAxis> {
         let columns = Columns::new(file, &names)?;
         let joint = identify(columns.log(file, self)?, &self.settings(), file, arguments::option)?;
         let motions = joint.simulate(self.position_loop(file, &names)?)?;
@@ -98,7 +98,7 @@ impl Arguments {
             let column = names.position.unwrap_or_default();
             format!("the log has no angle of its link: it is taken as a rigid axis at its motor, column '{column}'")
         });
-        Ok(Found { joint, motions, remark })
+        Ok(IdentifiedAxis { joint, motions, remark })
     }
 }
 

@@ -15,7 +15,7 @@ use crate::lines::{Lines, Tone};
 pub const MOST_AXES: usize = 100;
 
 /// An identified axis with its simulated motions.
-pub struct Found {
+pub struct IdentifiedAxis {
     /// What was identified.
     pub joint: Box<dyn Joint>,
     /// Its simulated motions.
@@ -28,8 +28,8 @@ pub struct Found {
 pub struct Axis {
     /// What distinguishes it.
     pub name: String,
-    /// The identified axis, or why it could not be identified.
-    pub found: Result<Found>,
+    /// What was found, or why nothing was.
+    pub identified: Result<IdentifiedAxis>,
 }
 
 /// Several axes of a log.
@@ -50,16 +50,16 @@ impl Axes {
         log: &str,
         prismatic: bool,
         names: &[String],
-        identify: impl Fn(usize, &str) -> Result<Found>,
+        identify: impl Fn(usize, &str) -> Result<IdentifiedAxis>,
     ) -> Result<Axes> {
         let axis = |(i, name): (usize, &String)| Axis {
             name: name.clone(),
-            found: identify(i, name),
+            identified: identify(i, name),
         };
         let axes: Vec<Axis> = names.iter().enumerate().map(axis).collect();
-        if axes.iter().all(|axis| axis.found.is_err()) {
+        if axes.iter().all(|axis| axis.identified.is_err()) {
             let each = axes.iter().filter_map(|axis| {
-                let error = axis.found.as_ref().err()?;
+                let error = axis.identified.as_ref().err()?;
                 Some(format!("axis {}: {error:#}", axis.name))
             });
             bail!(
@@ -77,7 +77,7 @@ impl Axes {
     /// The results, one object per axis.
     pub fn json(&self) -> Value {
         let axes = self.axes.iter().map(|axis| {
-            let mut object = match &axis.found {
+            let mut object = match &axis.identified {
                 Err(error) => json!({ "error": format!("{error:#}") }),
                 Ok(found) => {
                     let mut object = found.joint.json();
@@ -150,7 +150,7 @@ impl Axes {
     pub fn curves(&self) -> flexure::Result<Vec<(&str, Curves)>> {
         let mut all = Vec::new();
         for axis in &self.axes {
-            if let Ok(found) = &axis.found {
+            if let Ok(found) = &axis.identified {
                 let curves = found.joint.curves()?;
                 all.extend(curves.into_iter().map(|curves| (axis.name.as_str(), curves)));
             }
@@ -159,7 +159,7 @@ impl Axes {
     }
 
     fn headline(&self) -> String {
-        let identified = self.axes.iter().filter(|axis| axis.found.is_ok()).count();
+        let identified = self.axes.iter().filter(|axis| axis.identified.is_ok()).count();
         let holds = self.axes.iter().filter(|axis| axis.holds()).count();
         format!(
             "{identified} of {} axes identified, each alone; {holds} of them move in simulation as measured",
@@ -170,7 +170,7 @@ impl Axes {
     fn tone(&self) -> Tone {
         match (
             self.axes.iter().all(Axis::holds),
-            self.axes.iter().all(|axis| axis.found.is_ok()),
+            self.axes.iter().all(|axis| axis.identified.is_ok()),
         ) {
             (true, _) => Tone::Good,
             (_, true) => Tone::Caution,
@@ -191,7 +191,7 @@ impl Axes {
     /// The table's rows.
     fn rows(&self) -> impl Iterator<Item = Vec<String>> {
         self.axes.iter().map(|axis| {
-            let (quantities, verdict) = match &axis.found {
+            let (quantities, verdict) = match &axis.identified {
                 Ok(found) => {
                     let row = found.row();
                     (row.quantities.map(|q| q.text()), row.verdict)
@@ -204,7 +204,7 @@ impl Axes {
     }
 }
 
-impl Found {
+impl IdentifiedAxis {
     fn row(&self) -> Row {
         self.joint.row(&self.motions)
     }
@@ -212,12 +212,12 @@ impl Found {
 
 impl Axis {
     fn holds(&self) -> bool {
-        self.found.as_ref().is_ok_and(|found| found.row().holds)
+        self.identified.as_ref().is_ok_and(|found| found.row().holds)
     }
 
     /// Notes on the axis: on its columns, then its findings; or its error.
     fn notes(&self) -> Vec<(Tone, String)> {
-        match &self.found {
+        match &self.identified {
             Err(error) => vec![(Tone::Bad, format!("{error:#}"))],
             Ok(found) => {
                 let findings = found.joint.findings();
@@ -231,7 +231,7 @@ impl Axis {
     /// Its section of the page.
     fn page(&self) -> JointPage {
         let name = format!("Axis {}", self.name);
-        match &self.found {
+        match &self.identified {
             Err(error) => JointPage {
                 title: format!("{name}: not identified"),
                 subtitle: format!("{error:#}."),

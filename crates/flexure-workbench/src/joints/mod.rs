@@ -32,7 +32,7 @@ use rigid::Rigid;
 use row::Row;
 
 pub use arm_file::{Place, recorded};
-pub use axes::{Axes, Axis, Found, MOST_AXES};
+pub use axes::{Axes, Axis, IdentifiedAxis, MOST_AXES};
 pub use log::{AxisLog, Log};
 pub use simulation::{Fit, Motion};
 pub(crate) use text::{Constant, constants, estimate, with_error};

@@ -15,7 +15,7 @@ pub enum Quantity {
     /// The data do not determine it.
     NotIdentifiable,
     /// A value with its error.
-    Found(Estimated),
+    Estimate(Estimated),
 }
 
 /// A column of the table.
@@ -74,21 +74,21 @@ impl Quantity {
         match self {
             Quantity::Absent => "-".to_owned(),
             Quantity::NotIdentifiable => "cannot tell".to_owned(),
-            Quantity::Found(estimated) => with_error(estimated),
+            Quantity::Estimate(estimated) => with_error(estimated),
         }
     }
 
     /// A quantity that must be positive: not identifiable if its value is not.
     fn positive(estimated: Estimated) -> Quantity {
         match estimated.is_positive() {
-            true => Quantity::Found(estimated),
+            true => Quantity::Estimate(estimated),
             false => Quantity::NotIdentifiable,
         }
     }
 
     fn of_parameter(parameter: Option<&Parameter>) -> Quantity {
         match parameter.filter(|p| p.identifiable) {
-            Some(parameter) => Quantity::Found(estimate(parameter)),
+            Some(parameter) => Quantity::Estimate(estimate(parameter)),
             None => Quantity::NotIdentifiable,
         }
     }
@@ -145,7 +145,9 @@ fn quantity_json(quantity: Quantity, kind: Kind) -> Value {
     match quantity {
         Quantity::Absent => Value::Null,
         Quantity::NotIdentifiable => json!({ "value": null, "standard_error": null }),
-        Quantity::Found(found) => json!({ "value": found.value * unit, "standard_error": found.standard_error * unit }),
+        Quantity::Estimate(found) => {
+            json!({ "value": found.value * unit, "standard_error": found.standard_error * unit })
+        }
     }
 }
 
@@ -155,7 +157,7 @@ fn form<'a>(curve: &'a IdentifiedCurve, name: FormName, symbol: &str) -> Option<
 }
 
 fn milliseconds(time: Estimated) -> Quantity {
-    Quantity::Found(Estimated {
+    Quantity::Estimate(Estimated {
         value: 1e3 * time.value,
         standard_error: 1e3 * time.standard_error,
     })
@@ -165,7 +167,7 @@ fn milliseconds(time: Estimated) -> Quantity {
 fn stiffness_of(stiff: &StiffJoint) -> Quantity {
     let Estimated { value, standard_error } = stiff.compliance;
     match stiff.compliance.is_positive() {
-        true => Quantity::Found(Estimated {
+        true => Quantity::Estimate(Estimated {
             value: 1.0 / value,
             standard_error: standard_error / value.powi(2),
         }),

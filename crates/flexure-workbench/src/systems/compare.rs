@@ -1,7 +1,7 @@
 //! Several models on one record, side by side.
 
 use anyhow::{Context as _, Result};
-use flexure::text::{fit, number};
+use flexure::text::{counted, fit, number};
 use flexure_io::{ModelFile, RecordFile};
 use flexure_report::data::{Comparison, ComparisonPage, Prediction, Table};
 use serde_json::{Value, json};
@@ -78,11 +78,11 @@ impl Compared {
     /// The heading: what is compared, and on how many samples.
     fn heading(&self) -> String {
         // Samples without an output do not count.
-        let counted = self.outcomes.iter().map(|o| o.judged.verdict.measures.samples);
-        let most = counted.max().unwrap_or(self.samples - self.skip);
+        let samples = self.outcomes.iter().map(|o| o.judged.verdict.measures.samples);
+        let most = samples.max().unwrap_or(self.samples - self.skip);
         format!(
-            "{} models on {}: {most} samples compared, the first {} skipped",
-            self.outcomes.len(),
+            "{} on {}: {most} samples compared, the first {} skipped",
+            counted(self.outcomes.len(), "model"),
             self.record,
             self.skip
         )

@@ -3,8 +3,9 @@
 //! A pole z of a system with the sample time T is the sampled pole $s = \log(z)/T$ of a continuous one. A pair has the natural
 //! frequency $|s|/2\pi$ and the damping $-\Re(s)/|s|$, a real pole between 0 and 1 the time constant $-1/s$.
 
+use flexure::identify::result::{LinearBlock, PoleCovariance};
 use flexure::linear::Complex;
-use flexure::text::number;
+use flexure::text::{number, with_error};
 
 use crate::lines::unbroken;
 
@@ -14,35 +15,63 @@ const INTEGRATOR: f64 = 1e-9;
 /// The text if there are no roots.
 pub const NONE: &str = "none";
 
-/// Poles for reading, slowest first, a conjugate pair once; frequencies in cycles a sample without a sample time.
-pub fn poles_text(list: Option<Vec<Complex<f64>>>, sample_time: Option<f64>) -> String {
+/// Poles for reading, slowest first, a conjugate pair once, with standard errors where they are known; frequencies in cycles a sample without a
+/// sample time.
+pub fn poles_text(block: &LinearBlock, sample_time: Option<f64>) -> String {
+    listed(block.system.poles(), sample_time, |z| block.pole_covariance(z))
+}
+
+fn listed(
+    list: Option<Vec<Complex<f64>>>,
+    sample_time: Option<f64>,
+    covariance: impl Fn(Complex<f64>) -> Option<PoleCovariance>,
+) -> String {
     let Some(mut list) = list else {
         return "not found".to_owned();
     };
     list.retain(|z| z.im >= 0.0);
     list.sort_by(|a, b| (a.ln().norm()).total_cmp(&b.ln().norm()));
-    let each: Vec<String> = list.iter().map(|&z| unbroken(&pole_text(z, sample_time))).collect();
+    let text = |&z: &Complex<f64>| unbroken(&pole_text(z, sample_time, covariance(z)));
+    let each: Vec<String> = list.iter().map(text).collect();
     match each.is_empty() {
         true => NONE.to_owned(),
         false => each.join(", "),
     }
 }
 
+/// The standard error of a function of a pole with these derivatives with respect to its real and its imaginary part; 0 where it is not known.
+fn propagated(covariance: Option<PoleCovariance>, [re, im]: [f64; 2]) -> f64 {
+    let variance = |c: PoleCovariance| re * re * c.real + 2.0 * re * im * c.both + im * im * c.imaginary;
+    covariance.map_or(0.0, |c| variance(c).max(0.0).sqrt())
+}
+
 /// One pole, or a pair by the one of positive imaginary part.
-fn pole_text(z: Complex<f64>, sample_time: Option<f64>) -> String {
+fn pole_text(z: Complex<f64>, sample_time: Option<f64>, covariance: Option<PoleCovariance>) -> String {
     let step = sample_time.unwrap_or(1.0);
     let unstable = if z.norm() > 1.0 + INTEGRATOR { " (unstable)" } else { "" };
     if z.im > 0.0 {
         let s = z.ln() / step;
         let unit = if sample_time.is_some() { "Hz" } else { "cycles/sample" };
-        let frequency = number(s.norm() / std::f64::consts::TAU);
-        return format!("{frequency} {unit} with damping {:.3}{unstable}", -s.re / s.norm());
+        // ds = dz / (z T), and d|s| = Re(s* ds) / |s|.
+        let slopes: [Complex<f64>; 2] = [Complex::<f64>::ONE, Complex::I].map(|dz| dz / (z * step));
+        let of_size = slopes.map(|ds| (s.conj() * ds).re / s.norm());
+        let of_damping = [0, 1].map(|i| (-slopes[i].re + s.re / s.norm() * of_size[i]) / s.norm());
+        let frequency = with_error(
+            s.norm() / std::f64::consts::TAU,
+            propagated(covariance, of_size) / std::f64::consts::TAU,
+        );
+        let damping = match propagated(covariance, of_damping) {
+            error if error > 0.0 => with_error(-s.re / s.norm(), error),
+            _ => format!("{:.3}", -s.re / s.norm()),
+        };
+        return format!("{frequency} {unit} with damping {damping}{unstable}");
     }
     match z.re {
         r if (r - 1.0).abs() <= INTEGRATOR => "an integrator".to_owned(),
         r if r > 0.0 => {
             let unit = if sample_time.is_some() { "s" } else { "samples" };
-            let constant = number((step / r.ln()).abs());
+            let slope = step / (r * r.ln().powi(2));
+            let constant = with_error((step / r.ln()).abs(), propagated(covariance, [slope, 0.0]));
             format!("time constant {constant} {unit}{unstable}")
         }
         0.0 => "0".to_owned(),
@@ -77,7 +106,7 @@ mod tests {
     }
 
     fn text(list: &[Complex<f64>], sample_time: Option<f64>) -> String {
-        poles_text(Some(list.to_vec()), sample_time).replace('\u{a0}', " ")
+        listed(Some(list.to_vec()), sample_time, |_| None).replace('\u{a0}', " ")
     }
 
     #[test]
@@ -107,9 +136,32 @@ mod tests {
         assert_eq!(text(&[z(0.0, 0.0)], None), "0");
         assert!(text(&[z(0.0, 1.1), z(0.0, -1.1)], None).ends_with("damping -0.061 (unstable)"));
         assert_eq!(
-            (text(&[], None), poles_text(None, None)),
+            (text(&[], None), listed(None, None, |_| None)),
             ("none".to_owned(), "not found".to_owned())
         );
+    }
+
+    /// Against differences of the formulas in the head of this file.
+    #[test]
+    fn errors_of_poles_become_those_of_time_constant_frequency_and_damping() {
+        let covariance = PoleCovariance {
+            real: 1e-6,
+            both: 3e-7,
+            imaginary: 4e-6,
+        };
+        let error = |z: Complex<f64>, of: &dyn Fn(Complex<f64>) -> f64| {
+            let h = 1e-6;
+            let slope = |dz: Complex<f64>| (of(z + dz * h) - of(z - dz * h)) / (2.0 * h);
+            propagated(Some(covariance), [slope(Complex::ONE), slope(Complex::I)])
+        };
+        let (step, real, pair) = (0.1, z(0.9, 0.0), z(0.8, 0.4));
+        let s = |z: Complex<f64>| z.ln() / step;
+        let constant = with_error(-1.0 / s(real).re, error(real, &|z| -1.0 / s(z).re));
+        let frequency = with_error(s(pair).norm() / TAU, error(pair, &|z| s(z).norm() / TAU));
+        let damping = with_error(-s(pair).re / s(pair).norm(), error(pair, &|z| -s(z).re / s(z).norm()));
+        let text = |z| pole_text(z, Some(step), Some(covariance));
+        assert_eq!(text(real), format!("time constant {constant} s"));
+        assert_eq!(text(pair), format!("{frequency} Hz with damping {damping}"));
     }
 
     #[test]

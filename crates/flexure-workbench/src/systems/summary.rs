@@ -4,7 +4,7 @@ use flexure::identify::result::{BlockKind, CoefficientErrors, LinearBlock, Named
 use flexure::identify::{Verdict, Warning};
 use flexure::linear::TransferFunction;
 use flexure::nonlinearity::Surface;
-use flexure::text::{capitalised, fit, number, with_error};
+use flexure::text::{capitalised, decimal, fit, number, with_error};
 
 use super::comparison;
 use super::poles::{NONE, poles_text, roots_text};
@@ -35,12 +35,18 @@ impl Identified {
         let (above, below): (Vec<_>, Vec<_>) = (result.warnings.iter()).partition(|w| is_fundamental(w));
         above.into_iter().for_each(|warning| lines.warning(warning));
         lines.sentence(verdict.text());
-        lines.item("structure", format!("{}, method {}", result.description, result.method));
+        lines.item(
+            "structure",
+            format!(
+                "{}, method {}; ± is one standard error",
+                result.description, result.method
+            ),
+        );
         lines.item(
             "RMS error",
             format!(
                 "{} over {} fresh samples",
-                number(verdict.measures.rms),
+                with_unit(number(verdict.measures.rms), self.labels.unit(&result.output)),
                 verdict.measures.samples
             ),
         );
@@ -74,11 +80,11 @@ impl Identified {
     }
 
     fn write_linear(&self, title: &str, own: &LinearBlock, lines: &mut Lines) {
-        lines.item(title, linear_text(own));
+        lines.item(title, linear_text(own, self.sample_time));
         lines.deeper(|lines| {
             lines.item("coefficients", coefficients(own));
             let roots = [
-                ("poles", poles_text(own.system.poles(), self.sample_time)),
+                ("poles", poles_text(own, self.sample_time)),
                 ("zeros", roots_text(own.system.zeros())),
             ];
             for (name, text) in roots.into_iter().filter(|(_, text)| text != NONE) {
@@ -134,15 +140,27 @@ pub fn uncapitalised(title: &str) -> String {
 /// A denominator that is smaller than this at zero frequency, relative to its coefficients, has a pole at 1.
 const ROUNDING: f64 = 1e-9;
 
+/// A number with its unit, where that is known.
+pub fn with_unit(number: String, unit: &str) -> String {
+    match unit {
+        "" => number,
+        unit => format!("{number} {unit}"),
+    }
+}
+
 /// Order, delay and static gain.
-pub fn linear_text(block: &LinearBlock) -> String {
+pub fn linear_text(block: &LinearBlock, sample_time: Option<f64>) -> String {
     let a = block.system.a();
     let size: f64 = a.iter().map(|a| a.abs()).sum();
     let gain = match a.iter().sum::<f64>().abs() > ROUNDING * size {
         true => format!("static gain {}", number(block.system.static_gain())),
         false => "no static gain, as it integrates".to_owned(),
     };
-    format!("order {}, delay {}, {gain}", block.order(), block.delay())
+    let seconds = sample_time
+        .filter(|_| block.delay() > 0)
+        .map(|step| block.delay() as f64 * step);
+    let seconds = seconds.map_or(String::new(), |seconds| format!(" ({} s)", decimal(seconds)));
+    format!("order {}, delay {}{seconds}, {gain}", block.order(), block.delay())
 }
 
 /// The coefficients that are not zero, each with its standard error where there is one: `b_k` weights the input of k samples ago,

@@ -9,6 +9,7 @@ use flexure::validation::FitMeasures;
 use flexure_io::{ModelFile, RecordFile, RecordMark};
 use serde_json::{Value, json};
 
+use crate::labels::Labels;
 use crate::lines::{Lines, Tone};
 use crate::named::Named;
 use crate::plots::extent;
@@ -16,7 +17,7 @@ use crate::systems::SETTLED;
 use crate::systems::columns::SystemColumns;
 use crate::systems::json::tests;
 use crate::systems::prediction::{self, FreeRun, Outside, Start};
-use crate::systems::summary;
+use crate::systems::summary::{self, with_unit};
 use crate::text::number;
 use flexure::outliers::standing_alone;
 use flexure::text::{counted, fit, p_value, shown_path};
@@ -49,6 +50,8 @@ pub struct Judged {
     pub seen: bool,
     /// Outliers of the error.
     outliers: Outliers,
+    /// The output's unit; empty where it is not known.
+    unit: String,
 }
 
 /// Samples of the output far from the model and from the neighbouring samples.
@@ -154,6 +157,7 @@ impl Judged {
             skip,
             outside,
             free,
+            unit: Labels::new(file).unit(output).to_owned(),
         })
     }
 
@@ -218,12 +222,41 @@ impl Judged {
             "RMS error",
             format!(
                 "{} over {} samples, the first {} skipped",
-                number(measures.rms),
+                with_unit(number(measures.rms), &self.unit),
                 measures.samples,
                 self.skip
             ),
         );
         lines.item("free run", self.free.description());
+        self.write_tests(&mut lines);
+        if let Some(warning) = self.outliers.sentence() {
+            lines.warning(warning);
+        }
+        if let Some(warning) = self.outside.remark() {
+            lines.warning(warning);
+        }
+        let within = self.within.as_ref().filter(|within| within.holds() && !verdict.holds());
+        if let Some(FitMeasures {
+            samples, fit_percent, ..
+        }) = within.map(|within| &within.measures)
+        {
+            lines.warning(format!(
+                "on the {samples} samples on which no such excursion acts, the fit is {fit_percent:.2} % and the model holds: identify it \
+                 from data that reach as far as these"
+            ));
+        }
+        lines
+    }
+
+    /// The residual tests, one a line.
+    fn write_tests(&self, lines: &mut Lines) {
+        let verdict = &self.verdict;
+        if verdict.residuals.is_some() {
+            lines.item(
+                "residual tests",
+                "at a level of 1 %, which all tests that can refute the model share",
+            );
+        }
         for test in verdict.residuals.iter().flat_map(|r| &r.tests) {
             let p = p_value(test.p_value);
             match (test.passed(), test.kind.refutes()) {
@@ -249,23 +282,6 @@ impl Judged {
                 ),
             }
         }
-        if let Some(warning) = self.outliers.sentence() {
-            lines.warning(warning);
-        }
-        if let Some(warning) = self.outside.remark() {
-            lines.warning(warning);
-        }
-        let within = self.within.as_ref().filter(|within| within.holds() && !verdict.holds());
-        if let Some(FitMeasures {
-            samples, fit_percent, ..
-        }) = within.map(|within| &within.measures)
-        {
-            lines.warning(format!(
-                "on the {samples} samples on which no such excursion acts, the fit is {fit_percent:.2} % and the model holds: identify it \
-                 from data that reach as far as these"
-            ));
-        }
-        lines
     }
 }
 

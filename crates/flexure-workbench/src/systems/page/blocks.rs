@@ -215,7 +215,7 @@ fn density(u: &[f64], x: &[f64]) -> Vec<f64> {
 fn linear(title: &str, block: &LinearBlock, sample_time: Option<f64>) -> LinearPart {
     let estimate = block.impulse.as_ref();
     let mut part = linear_part(title, &block.system, estimate.map(|e| e.values.len()), sample_time);
-    part.text = format!("{}.", capitalised(&linear_text(block)));
+    part.text = format!("{}.", capitalised(&linear_text(block, sample_time)));
     if let Some(estimate) = estimate {
         part.impulse_estimate.clone_from(&estimate.values);
         part.impulse_limit = estimate.limit;

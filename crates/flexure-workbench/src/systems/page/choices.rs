@@ -5,6 +5,7 @@ use flexure::identify::result::{Place, Score, Shown, StaticBlock, Value, Values}
 use flexure::text::{counted, decimal, number, short};
 use flexure_report::data::{Choice, Fact, ScoreCurve, Table};
 
+use crate::systems::poles::{NONE, poles_text};
 use crate::systems::task::Identified;
 
 /// The most rows in the table of tried structures.
@@ -81,7 +82,11 @@ fn linear_facts(identified: &Identified) -> Vec<Fact> {
         true => result.paths.iter().map(|p| p.order()).collect(),
         false => linear.map(|g| g.order()).collect(),
     };
-    let poles = Fact::new("Poles", joined(&orders), "of the linear parts");
+    let linear = result.paths.iter().flat_map(|p| p.linear());
+    let each = linear
+        .map(|g| poles_text(g, identified.sample_time))
+        .filter(|text| text != NONE);
+    let poles = Fact::new("Poles", joined(&orders), each.collect::<Vec<String>>().join("; "));
     match orders.is_empty() {
         true => vec![delay],
         false => vec![poles, delay],
