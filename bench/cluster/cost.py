@@ -1,0 +1,98 @@
+"""What many workers cost, from what two cost: nanoseconds a sample, bytes a task on the network, bytes a sample read, memory of a worker.
+
+    bench/cluster/run cost
+    bench/cluster/run cost --workers 64 --samples 1e11
+
+Each job runs on two workers of one thread each, on a part of the record. Formulas:
+
+    time     = samples x (wall time x 2 workers / samples measured) / workers
+    network  = tasks x (bytes over the loopback device / tasks measured)
+    memory   = the largest resident set of a worker
+
+The wall time has reading, scheduling and merging in it. The loopback device carries all messages between client, scheduler and workers,
+and those of whatever else runs on this machine.
+"""
+
+import argparse
+import resource
+import tempfile
+import time
+from pathlib import Path
+
+import dask.dataframe
+import flexure.dask
+import psutil
+from distributed import Client
+
+import work
+
+
+def peak_memory():
+    """Of a worker, in bytes."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+
+
+def measured(client, run):
+    """Wall seconds, bytes on the loopback device, and the largest resident set of a worker in bytes."""
+    client.restart()
+    sent = psutil.net_io_counters(pernic=True)["lo"].bytes_sent
+    begun = time.perf_counter()
+    run()
+    seconds = time.perf_counter() - begun
+    sent = psutil.net_io_counters(pernic=True)["lo"].bytes_sent - sent
+    return seconds, sent, max(client.run(peak_memory).values())
+
+
+def fleet(client, folder, tasks, samples):
+    """A joint a task."""
+    size = work.write_joints(folder / "fleet", tasks, samples)
+
+    def run():
+        flexure.dask.identify_fleet(folder / "fleet", by="joint", model=work.identified, output=folder / "results", client=client)
+
+    return size, *measured(client, run)
+
+
+def regression(client, folder, tasks, samples):
+    """A partition a task."""
+    size = work.write_joints(folder / "log", tasks, samples)
+    frame = dask.dataframe.read_parquet(sorted((folder / "log").rglob("*.parquet")), columns=["q2", "tau2"])
+
+    def run():
+        flexure.dask.regress(frame, x="q2", y="tau2", client=client)
+
+    return size * 2 // 3, *measured(client, run)
+
+
+JOBS = {
+    "joints of 1e6 samples, one a task": (fleet, 2, 1_000_000),
+    "regression, 1e6 rows a task": (regression, 8, 1_000_000),
+}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--samples", type=float, default=1e10)
+    parser.add_argument("--workers", type=int, default=32)
+    parser.add_argument("--rounds", type=int, default=2, help="the least of so many measurements counts")
+    given = parser.parse_args()
+    columns = ["ns a sample", "B a sample read", "kB a task sent", "MB a worker", "hours", "GB read", "GB sent", "MB/s read"]
+    print(f"{'job':<32}" + "".join(f"{name:>17}" for name in columns))
+    with work.cluster() as workers, Client(workers) as client:
+        for name, (run, tasks, samples) in JOBS.items():
+            rounds = []
+            for _ in range(given.rounds):
+                with tempfile.TemporaryDirectory() as folder:
+                    rounds.append(run(client, Path(folder), tasks, samples))
+            size, seconds, sent, memory = (min(values) for values in zip(*rounds))
+            done = tasks * samples
+            ns = 1e9 * seconds * work.CORES / done
+            all_tasks = given.samples / samples
+            total = given.samples * ns * 1e-9 / given.workers
+            read = given.samples * size / done
+            row = [ns, size / done, sent / tasks / 1e3, memory / 1e6, total / 3600, read / 1e9, all_tasks * sent / tasks / 1e9, read / total / 1e6]
+            print(f"{name:<32}" + "".join(f"{value:>17.3g}" for value in row), flush=True)
+
+
+if __name__ == "__main__":
+    main()

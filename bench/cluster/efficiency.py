@@ -1,0 +1,122 @@
+"""Two workers on two cores beside two threads of one process, on the same tasks of about a second; joblib and scikit-learn in turn.
+
+    bench/cluster/run efficiency
+    bench/cluster/run efficiency --rounds 5 --jobs fleet,batch
+
+The ways take turns, some rounds; a row has the least wall time of each way in s, and the efficiency: the time of two threads over that
+of two workers. The processes of workers are up before the first round. scikit-learn's rows are its own kernel ridge regression.
+"""
+
+import argparse
+import shutil
+import tempfile
+import time
+from pathlib import Path
+
+import flexure.dask
+import numpy as np
+from distributed import Client
+
+import work
+
+
+class Fleet:
+    """Joints in a Parquet data set, one a task."""
+
+    def __init__(self, folder, tasks):
+        self.folder, self.data = Path(folder), Path(folder) / "data"
+        work.write_joints(self.data, tasks, samples=10_000)
+        self.tasks = sorted(self.data.glob("*/log.parquet"))
+        self.one = work.of_file
+
+    def on_workers(self, client):
+        shutil.rmtree(self.folder / "results", ignore_errors=True)
+        flexure.dask.identify_fleet(self.data, by="joint", model=work.identified, output=self.folder / "results", client=client)
+
+
+class MonteCarlo:
+    """Draws of the noise, simulated and identified, one a task."""
+
+    def __init__(self, folder, tasks):
+        self.folder, self.tasks, self.one = Path(folder), range(tasks), work.fit_percent
+
+    def on_workers(self, client):
+        shutil.rmtree(self.folder / "results", ignore_errors=True)
+        seeds = {str(seed): seed for seed in self.tasks}
+        flexure.dask.identify_fleet(seeds, by="seed", model=work.drawn, output=self.folder / "results", client=client)
+
+
+class Batch:
+    """Simulations of the arm, so many a task as `flexure.dask.simulate_batch` takes."""
+
+    def __init__(self, folder, tasks):
+        self.arm = work.arm(2500)
+        instants = 2500
+        self.torques = np.random.default_rng(1).normal(0, 10, (8 * work.CORES * 60, instants, 2)).cumsum(axis=1) / 30
+        self.tasks = np.split(self.torques, 8 * work.CORES)
+        self.one = self.arm.simulate_batch
+
+    def in_threads(self):
+        """The library's own threads."""
+        self.arm.simulate_batch(self.torques)
+
+    def on_workers(self, client):
+        flexure.dask.simulate_batch(self.arm, self.torques, client=client)
+
+
+class Ridge:
+    """scikit-learn's kernel ridge regression, one machine a task."""
+
+    def __init__(self, folder, tasks):
+        self.tasks, self.one = range(tasks), work.ridge
+
+    def on_workers(self, client):
+        client.gather([client.submit(work.ridge, seed, pure=False) for seed in self.tasks])
+
+
+JOBS = {"fleet of joints": Fleet, "Monte Carlo": MonteCarlo, "simulate_batch": Batch, "scikit-learn": Ridge}
+
+
+WAYS = {
+    "2 threads": lambda job, client: job.in_threads() if hasattr(job, "in_threads") else work.in_threads(job.one, job.tasks),
+    "2 workers": lambda job, client: job.on_workers(client),
+    "joblib": lambda job, client: work.by_joblib(job.one, job.tasks),
+    "joblib on Dask": lambda job, client: work.by_joblib_on_dask(job.one, job.tasks),
+}
+
+
+def least_times(job, client, rounds):
+    """The least wall time of every way, taken in turn; the first call of each is not counted."""
+    least = {}
+    for count in range(rounds + 1):
+        for name, run in WAYS.items():
+            begun = time.perf_counter()
+            run(job, client)
+            if count:
+                least[name] = min(least.get(name, np.inf), time.perf_counter() - begun)
+    return least
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--tasks", type=int, default=12)
+    parser.add_argument("--jobs", default="", help="the beginnings of the jobs' names, with commas; all")
+    given = parser.parse_args()
+    wanted = tuple(given.jobs.split(","))
+    print(f"{'job':<18}{'tasks':>6}{'s a task':>10}" + "".join(f"{name:>16}" for name in WAYS) + "   efficiency: 2 workers, joblib, joblib on Dask")
+    with work.cluster() as workers, Client(workers) as client:
+        for name, make in JOBS.items():
+            if not name.startswith(wanted):
+                continue
+            with tempfile.TemporaryDirectory() as folder:
+                job = make(folder, given.tasks)
+                least = least_times(job, client, given.rounds)
+            own, *others = least.values()
+            share = work.CORES * own / len(job.tasks)
+            ratios = ", ".join(f"{100 * own / other:.0f} %" for other in others)
+            print(f"{name:<18}{len(job.tasks):>6}{share:>10.2f}" + "".join(f"{t:>16.2f}" for t in least.values()) + f"   {ratios}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

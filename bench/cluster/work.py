@@ -1,0 +1,89 @@
+"""The work that is timed, and the ways to do it on two cores."""
+
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import flexure
+import flexure.dask
+import joblib
+import numpy as np
+from distributed import LocalCluster
+
+CORES = 2
+
+
+def cluster():
+    """Two worker processes of one thread each, as `flexure.dask` wants them."""
+    return LocalCluster(n_workers=CORES, threads_per_worker=1, dashboard_address=":0")
+
+
+def arm(samples):
+    """The elbow of the space arm under a multisine, with noise; the shoulder is locked."""
+    return flexure.Arm.preset("space-arm").with_(
+        duration=0.002 * (samples - 1),
+        dt=0.002,
+        joints=[{"locked": True}, {}],
+        excitation={"kind": "multisine", "amplitude": [40.0, 20.0], "f_min": 0.05, "f_max": 3.0},
+        noise={"std": {"tau2": 0.2, "q2": 1e-5, "qm2": 1e-5}},
+    )
+
+
+def write_joints(folder, count, samples):
+    """A data set with a folder a joint, each with a draw of the noise; the number of its bytes."""
+    import pyarrow
+    from pyarrow import parquet
+
+    torque = arm(samples).simulate()
+    drive = np.stack([torque["tau1"], torque["tau2"]], axis=1)
+    for joint in range(count):
+        (log,) = arm(samples).simulate_batch([drive], first=joint)
+        path = Path(folder) / f"joint={joint:04d}" / "log.parquet"
+        path.parent.mkdir(parents=True)
+        parquet.write_table(pyarrow.table({name: log[name] for name in ("tau2", "q2", "qm2")}), path)
+    return sum(path.stat().st_size for path in Path(folder).rglob("*.parquet"))
+
+
+def identified(log):
+    """A joint from its log."""
+    return flexure.identify_joint(log["tau2"], motor=log["qm2"], link=log["q2"], dt=0.002)
+
+
+def of_file(path):
+    return identified(flexure.read(path)).inertia.value
+
+
+def drawn(seed, samples=20_000):
+    """A run of a Monte Carlo study: a Hammerstein system with noise of its own, identified."""
+    from scipy.signal import lfilter
+
+    rng = np.random.default_rng(seed)
+    u = rng.uniform(-2, 2, samples)
+    y = lfilter([0, 0.2, 0.15], [1, -1.2, 0.55], np.clip(u, -1, 0.6)) + 0.05 * rng.normal(size=samples)
+    return flexure.Hammerstein().fit(u, y)
+
+
+def fit_percent(seed):
+    return drawn(seed).verdict_.fit_percent
+
+
+def ridge(seed, samples=3500):
+    """A smooth curve through a log by scikit-learn's kernel ridge regression."""
+    from sklearn.kernel_ridge import KernelRidge
+
+    rng = np.random.default_rng(seed)
+    x = rng.uniform(-2, 2, (samples, 1))
+    return KernelRidge(alpha=0.1, kernel="rbf").fit(x, np.sin(2 * x[:, 0]) + 0.1 * rng.normal(size=samples)).dual_coef_[0]
+
+
+def in_threads(one, tasks):
+    with ThreadPoolExecutor(CORES) as pool:
+        return list(pool.map(one, tasks))
+
+
+def by_joblib(one, tasks):
+    return joblib.Parallel(n_jobs=CORES)(joblib.delayed(one)(task) for task in tasks)
+
+
+def by_joblib_on_dask(one, tasks):
+    with joblib.parallel_config(backend="dask"):
+        return by_joblib(one, tasks)
