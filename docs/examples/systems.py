@@ -132,6 +132,22 @@ def joint_log(duration=60.0, rate=100, seed=11, inertia=0.8, viscous=1.2, coulom
     return {"t": np.arange(n) / rate + jitter, "q": q + rng.normal(0, 1e-5, n), "v": v + rng.normal(0, 1e-3, n), "tau": torque}
 
 
+def fleet_of_joints(template, count=200, seed=13):
+    """Arm files of so many joints by key, whose parameters lie anywhere within tolerances. Joint 057 has lost 30 % of its stiffness, and joint 148
+    has twice the Coulomb friction."""
+    rng = np.random.default_rng(seed)
+    head, shoulder, elbow = template.split("[[arm.joint]]")
+    for joint in range(count):
+        inertia, stiffness, friction = 1 + rng.uniform(-1, 1, 3) * [0.02, 0.05, 0.08]
+        stiffness *= 0.7 if joint == 57 else 1
+        coulomb = 2.0 * friction * (2 if joint == 148 else 1)
+        own = elbow.replace("motor_inertia = 1.0", f"motor_inertia = {inertia}")
+        own = own.replace("linear = 500.0", f"linear = {500 * stiffness}")
+        own = own.replace("2.0, 100.0, 0.5]", f"{coulomb}, 100.0, {0.5 * friction}]")
+        # A motion and a noise of its own.
+        yield f"{joint:03d}", "[[arm.joint]]".join([head, shoulder, own]).replace("[noise]", f"seed = {joint}\n\n[noise]\nseed = {joint}")
+
+
 def write_bag(path, joints):
     """The joints' logs as a bag of ROS 2, `sensor_msgs/JointState`, with a second topic of a battery's voltage: MCAP, or
     `.db3` by its name."""
