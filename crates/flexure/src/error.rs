@@ -261,8 +261,11 @@ pub enum DataError {
         /// What differs.
         what: &'static str,
     },
+    /// Excerpts of a record from which no system in shards can start.
+    #[error("the excerpts show no Hammerstein system that can be refined; take more samples for them")]
+    NotRefined,
     /// Bytes from which partial sums cannot be read.
-    #[error("these bytes are no partial sums of a regression: {reason}; make them again, with this version")]
+    #[error("these are no partial sums: {reason}; make them again, with this version")]
     NotSums {
         /// What is wrong with them.
         reason: &'static str,

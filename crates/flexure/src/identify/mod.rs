@@ -54,6 +54,7 @@ pub use auto::{AUTO, Refutation, StructureCandidate, StructureComparison, Sympto
 pub use feedback::FEEDBACK;
 pub use hammerstein::{
     Calibration, HAMMERSTEIN, HammersteinMethod, PhysicalForm, PlainHammerstein, RefinedHammerstein, RegressionLag,
+    ShardPoint, ShardSums, ShardedHammerstein,
 };
 pub use outcome::{Hiding, Verdict};
 pub use reference::{DecayPrior, NARX, VOLTERRA};

@@ -170,8 +170,7 @@ impl TransferFunction {
         if n < 2 * SHORTEST_PIECE {
             return whole();
         }
-        // The slowest pole decides; the response to the response has it twice.
-        let settling = 2 * self.settling(SETTLED);
+        let settling = self.forgotten();
         let length = SHORTEST_PIECE.max(LEAST_OF_SETTLING * settling);
         if settling >= 2 * LONGEST_SETTLING || n < 2 * length {
             return whole();
@@ -183,6 +182,11 @@ impl TransferFunction {
             end: if n - from < 2 * length { n } else { from + length },
         };
         from.map(piece).collect()
+    }
+
+    /// The samples after which neither the response nor the response to the response is more than rounding: the slowest pole decides.
+    pub(crate) fn forgotten(&self) -> usize {
+        2 * self.settling(SETTLED)
     }
 
     /// Transposed direct form II; `state` carries over between calls.

@@ -70,7 +70,7 @@ use delay::Lags;
 pub use limits::{FEWEST_SAMPLES, LARGEST_ORDER, MOST_ORDER};
 pub use options::{HammersteinMethod, PlainHammerstein, RefinedHammerstein, RegressionLag};
 use realisation::Realisation;
-pub use refined::{MOST_DEGREE, PhysicalForm};
+pub use refined::{MOST_DEGREE, PhysicalForm, ShardPoint, ShardSums, ShardedHammerstein};
 use regression::NonlinearityEstimate;
 
 /// What the band of a kernel estimate allows for.

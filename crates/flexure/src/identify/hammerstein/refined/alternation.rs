@@ -40,6 +40,7 @@ pub(super) fn memory(linear: &TransferFunction) -> usize {
 }
 
 /// The minimum of the prediction error.
+#[derive(Clone)]
 pub(super) struct Minimum {
     pub blocks: Blocks,
     /// The equations there.

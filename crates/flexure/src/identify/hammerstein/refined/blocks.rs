@@ -2,12 +2,19 @@
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use super::experiments::Experiments;
 use super::limits::{AFTER_SETTLING, SAMPLES_PER_UNCOUNTED};
 use super::linear_part::LinearPart;
 use super::piecewise::PiecewiseCubics;
 use crate::linear::correlation::{mean, variance};
 use crate::parallel;
+
+/// The samples at the start of an experiment that do not count.
+pub(super) fn uncounted(memory: usize, length: usize) -> usize {
+    (memory + AFTER_SETTLING).min(length / SAMPLES_PER_UNCOUNTED)
+}
 
 /// The fitted samples of all experiments, one after the other.
 pub(super) struct Observed<'a> {
@@ -33,7 +40,7 @@ impl<'a> Observed<'a> {
         let experiments = all.fitted_parts();
         let mut counts: Vec<bool> = all.missing[..all.fitted].iter().map(|m| !m).collect();
         for part in &experiments {
-            let uncounted = (memory + AFTER_SETTLING).min(part.len() / SAMPLES_PER_UNCOUNTED);
+            let uncounted = uncounted(memory, part.len());
             counts[part.start..part.start + uncounted].fill(false);
         }
         Observed {
@@ -44,6 +51,19 @@ impl<'a> Observed<'a> {
             counts,
             missing: (0..all.fitted).filter(|&i| all.missing[i]).collect(),
             memory,
+        }
+    }
+
+    /// A shard, of which the samples from `from` on count; their outputs are reckoned from `output_mean`.
+    pub fn shard(u: &'a [f64], y: &[f64], output_mean: f64, from: usize) -> Observed<'a> {
+        Observed {
+            u,
+            y: y.iter().map(|y| y - output_mean).collect(),
+            output_mean,
+            experiments: std::iter::once(0..u.len()).collect(),
+            counts: (0..u.len()).map(|i| i >= from).collect(),
+            missing: Vec::new(),
+            memory: from,
         }
     }
 
@@ -90,7 +110,7 @@ impl<'a> Observed<'a> {
 }
 
 /// Both blocks.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Blocks {
     pub basis: PiecewiseCubics,
     /// The coefficients of the basis' functions from the second on; the first is constant.

@@ -6,6 +6,7 @@
 
 use super::super::calibration::{Calibrated, Calibration, Uncalibrated};
 use super::super::delayed;
+use super::RefinedMinimum;
 use super::alternation::Minimum;
 use super::blocks::Blocks;
 use super::cells::Cells;
@@ -36,13 +37,13 @@ pub(super) struct CalibratedBlocks {
 
 impl CalibratedBlocks {
     /// Scales the blocks and propagates the parameters' covariance to them.
-    pub fn new(
-        minimum: &Minimum,
-        extended: &WithJumps,
-        cells: &Cells,
-        calibration: &Calibration,
-        output_mean: f64,
-    ) -> Result<Self> {
+    pub fn new(found: &RefinedMinimum, calibration: &Calibration) -> Result<Self> {
+        let RefinedMinimum {
+            minimum,
+            extended,
+            cells,
+            output_mean,
+        } = found;
         let WithJumps {
             blocks,
             covariance,
@@ -57,7 +58,7 @@ impl CalibratedBlocks {
         let reported = Reported {
             calibration,
             at: &at,
-            output_mean,
+            output_mean: *output_mean,
             gain_error: covariance.as_ref().map_or(0.0, |v| v.of_static_gain(blocks)),
         };
         let Calibrated {

@@ -40,17 +40,17 @@ pub(super) struct PlacedKinks {
 
 /// Where one of the terms breaks the curve.
 #[derive(Clone, Copy)]
-struct Break {
+pub(super) struct Break {
     /// Its place among the terms.
-    term: usize,
+    pub term: usize,
     /// In the unit coordinate.
-    at: f64,
+    pub at: f64,
     /// 0 for a jump, 1 for a kink.
-    degree: u8,
+    pub degree: u8,
 }
 
 /// The breaks of these terms.
-fn breaks(terms: &[Term]) -> impl Iterator<Item = Break> {
+pub(super) fn breaks(terms: &[Term]) -> impl Iterator<Item = Break> {
     terms.iter().enumerate().filter_map(|(term, power)| match *power {
         Term::TruncatedPower { at, degree } => Some(Break { term, at, degree }),
         _ => None,
@@ -58,6 +58,7 @@ fn breaks(terms: &[Term]) -> impl Iterator<Item = Break> {
 }
 
 /// A kink whose place is a parameter.
+#[derive(Clone)]
 pub(super) struct Kink {
     /// Its place among the terms.
     pub term: usize,
@@ -86,25 +87,13 @@ impl WithJumps {
 
     /// With jumps at these kinks.
     fn at(minimum: &Minimum, places: &[Break], observed: &Observed) -> WithJumps {
-        let jumps = places
-            .iter()
-            .map(|kink| Term::TruncatedPower { at: kink.at, degree: 0 });
-        let own = &minimum.blocks;
-        let basis = own.basis.with_terms(&jumps.collect::<Vec<_>>());
-        let phi = own.nonlinearity();
-        let kinks = places.iter().enumerate().map(|(i, kink)| Kink {
-            term: kink.term,
-            at: kink.at,
-            slope_change: phi.slope_change(kink.at),
-            parameter: own.c.len() + i,
-        });
-        let kinks: Vec<Kink> = kinks.collect();
-        let blocks = Blocks {
-            basis,
-            c: [&own.c[..], &vec![0.0; kinks.len()]].concat(),
-            ..own.clone()
-        };
+        let (blocks, kinks) = minimum.jumps_at(places);
         let equations = blocks.equations(observed, &minimum.whitening);
+        WithJumps::solved(blocks, kinks, equations)
+    }
+
+    /// From the equations of the blocks with jumps.
+    pub fn solved(blocks: Blocks, kinks: Vec<Kink>, equations: Equations) -> WithJumps {
         WithJumps {
             covariance: Covariance::new(&blocks, &equations),
             blocks,
@@ -135,7 +124,7 @@ impl WithJumps {
     }
 
     /// The equations of the minimum's own parameters.
-    fn without_jumps(&self) -> Equations {
+    pub fn without_jumps(&self) -> Equations {
         let jumps = self.kinks.iter().rev().map(|kink| kink.parameter);
         let whole = self.equations.normal.clone();
         Equations {
@@ -144,9 +133,15 @@ impl WithJumps {
         }
     }
 
-    /// The step that goes to the minimum of the equations.
-    fn step(&self) -> Option<Vec<f64>> {
-        step(&self.equations, self.blocks.fixed_parameter(), FIRST_DAMPING)
+    /// The damped step to the minimum of the equations.
+    pub fn step(&self, damping: f64) -> Option<Vec<f64>> {
+        step(&self.equations, self.blocks.fixed_parameter(), damping)
+    }
+
+    /// By how much a step to the minimum of the equations lowers the squared error.
+    pub fn expected_fall(&self, step: &[f64]) -> f64 {
+        let terms = step.iter().zip(&self.equations.normal.descent);
+        terms.map(|(step, descent)| step * descent).sum()
     }
 }
 
@@ -160,6 +155,28 @@ fn movable(terms: &[Term], cells: &Cells) -> Vec<Break> {
 }
 
 impl Minimum {
+    /// The blocks with a jump of coefficient 0 at these kinks.
+    pub fn jumps_at(&self, places: &[Break]) -> (Blocks, Vec<Kink>) {
+        let jumps = places
+            .iter()
+            .map(|kink| Term::TruncatedPower { at: kink.at, degree: 0 });
+        let own = &self.blocks;
+        let basis = own.basis.with_terms(&jumps.collect::<Vec<_>>());
+        let phi = own.nonlinearity();
+        let kinks = places.iter().enumerate().map(|(i, kink)| Kink {
+            term: kink.term,
+            at: kink.at,
+            slope_change: phi.slope_change(kink.at),
+            parameter: own.c.len() + i,
+        });
+        let blocks = Blocks {
+            basis,
+            c: [&own.c[..], &vec![0.0; places.len()]].concat(),
+            ..own.clone()
+        };
+        (blocks, kinks.collect())
+    }
+
     /// The minimum over the kinks' places as well. Jumps and kinks that are then no longer needed are removed.
     pub fn with_kinks_placed(self, cells: &Cells, observed: &Observed) -> PlacedKinks {
         let mut best = self.with_kinks_settled(cells, observed);
@@ -184,11 +201,11 @@ impl Minimum {
     fn with_kinks_settled(mut self, cells: &Cells, observed: &Observed) -> PlacedKinks {
         let mut extended = WithJumps::new(&self, cells, observed);
         for _ in interrupt::rounds(KINK_MOVES) {
-            let Some(step) = extended.step() else { break };
+            let Some(step) = extended.step(FIRST_DAMPING) else {
+                break;
+            };
             let least = LEAST_FALL * extended.equations.normal.cost;
-            let descent = step.iter().zip(&extended.equations.normal.descent);
-            let expected: f64 = descent.map(|(step, descent)| step * descent).sum();
-            if extended.kinks.is_empty() || !(expected > least) {
+            if extended.kinks.is_empty() || !(extended.expected_fall(&step) > least) {
                 break;
             }
             let lower = SHARES_OF_STEP.iter().find_map(|share| {
@@ -244,7 +261,7 @@ impl Minimum {
 
     /// Takes this share of a step of all parameters and of the kinks' places. It takes less where a kink would move more than half of the way
     /// to the next breakpoint.
-    fn with_kinks_moved(&self, extended: &WithJumps, step: &[f64], share: f64, cells: &Cells) -> Option<Minimum> {
+    pub fn with_kinks_moved(&self, extended: &WithJumps, step: &[f64], share: f64, cells: &Cells) -> Option<Minimum> {
         let by = |kink: &Kink| -step[kink.parameter] / kink.slope_change;
         let within = |kink: &Kink| 0.5 * clearance(&self.terms, kink) / by(kink).abs();
         let share = share * extended.kinks.iter().map(within).fold(1.0, f64::min);

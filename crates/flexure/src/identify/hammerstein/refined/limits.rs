@@ -118,6 +118,12 @@ pub(super) const DAMPING_AFTER_RISE: f64 = 30.0;
 pub(super) const LEAST_RAISED: f64 = 1e-5;
 pub(super) const MOST_DAMPING: f64 = 1e4;
 
+/// Shards: a step that lowers the squared error by no more than this share of an error's variance, and so is no longer than a hundredth of
+/// a standard error, is not taken. Convention.
+pub(super) const LEAST_STEP: f64 = 1e-4;
+/// Shards: the most sums over all of them. Convention: the start is near, and each sum reads the record once.
+pub(super) const MOST_SUMS: usize = 20;
+
 /// Kinks: moves of all kinks at once. Convention; each is a Gauss-Newton step, and the start is near.
 pub(super) const KINK_MOVES: usize = 3;
 /// Kinks: the shares of a step that are tried until the error falls. Convention.

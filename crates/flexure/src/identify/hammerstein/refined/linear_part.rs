@@ -2,10 +2,12 @@
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use crate::linear::TransferFunction;
 
 /// B(z)/A(z) after a delay.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct LinearPart {
     pub transfer: TransferFunction,
     pub delay: usize,

@@ -92,6 +92,11 @@ impl Blocks {
         equations
     }
 
+    /// The samples before one, without which its error and its derivatives are the same to rounding.
+    pub fn reach(&self, whitening: &[f64]) -> usize {
+        self.linear.transfer.forgotten() + Sensitivities::new(self, whitening).history + self.linear.delay
+    }
+
     /// Adds the errors of a piece of an experiment. The signals begin a while before it, and have settled by then.
     fn add_piece(
         &self,

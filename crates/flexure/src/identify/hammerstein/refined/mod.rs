@@ -19,6 +19,7 @@
 //! | the places of kinks as parameters | `kinks.rs` |
 //! | 6. calibration and standard errors | `calibrated.rs` |
 //! | on request, a physical form of phi with a test | `forms.rs`, `form_fit.rs` |
+//! | 5 and 6 over shards of a record that is larger than memory | `sharded.rs` |
 //! | what a reader sees of these steps | `details.rs` |
 //!
 //! Steps 2 to 5 are repeated until nothing changes. Every pass is O(n). The input need not be white.
@@ -44,6 +45,7 @@ mod loss;
 mod order;
 mod output_error;
 mod piecewise;
+mod sharded;
 mod stepwise;
 mod structure;
 mod views;
@@ -71,10 +73,19 @@ use calibrated::CalibratedBlocks;
 use cells::Cells;
 use experiments::Experiments;
 pub use forms::PhysicalForm;
-use kinks::PlacedKinks;
+use kinks::{PlacedKinks, WithJumps};
 pub use limits::MOST_DEGREE;
 use limits::{OVERFITTED, OVERFITTED_SAMPLES, START_SAMPLES};
 use linear_part::LinearPart;
+pub use sharded::{ShardPoint, ShardSums, ShardedHammerstein};
+
+/// The minimum over all parameters, the places of the kinks among them.
+struct RefinedMinimum {
+    minimum: Minimum,
+    extended: WithJumps,
+    cells: Cells,
+    output_mean: f64,
+}
 
 impl RefinedHammerstein {
     /// Identifies the system from `input` to `output`.
@@ -155,6 +166,16 @@ impl RefinedHammerstein {
         all: &Experiments,
         plain: &Identification,
     ) -> Result<Option<Identification>> {
+        let Some(found) = self.refined_minimum(all, plain)? else {
+            return Ok(None);
+        };
+        interrupt::check()?;
+        self.outcome(request, all, &found, all.fitted, warnings(plain))
+            .map(Some)
+    }
+
+    /// The minimum; `None` if it is no better than the plain estimate.
+    fn refined_minimum(&self, all: &Experiments, plain: &Identification) -> Result<Option<RefinedMinimum>> {
         let (Some(curve), Some(linear)) = (plain.curve("nonlinearity"), plain.linear("linear")) else {
             return Ok(None);
         };
@@ -182,21 +203,26 @@ impl RefinedHammerstein {
         let observed = &mut Observed::new(all, minimum.memory);
         observed.complete(&minimum.blocks.simulated(observed), minimum.blocks.offset);
         let PlacedKinks { minimum, extended } = minimum.with_kinks_placed(&cells, observed);
-        interrupt::check()?;
         let output_mean = observed.output_mean;
-        let blocks = CalibratedBlocks::new(&minimum, &extended, &cells, &self.calibration, output_mean)?;
-        self.outcome(request, all, &minimum, blocks, warnings(plain)).map(Some)
+        Ok(Some(RefinedMinimum {
+            minimum,
+            extended,
+            cells,
+            output_mean,
+        }))
     }
 
-    /// The calibrated blocks, the free run over all experiments, and the verdict on the fresh samples.
+    /// The calibrated blocks, the free run over all experiments, and the verdict on the fresh samples after a fit to so many samples.
     fn outcome(
         &self,
         request: &Request<'_>,
         all: &Experiments,
-        minimum: &Minimum,
-        blocks: CalibratedBlocks,
+        found: &RefinedMinimum,
+        samples: usize,
         mut warnings: Vec<Warning>,
     ) -> Result<Identification> {
+        let minimum = &found.minimum;
+        let blocks = CalibratedBlocks::new(found, &self.calibration)?;
         warnings.extend(blocks.warning.clone());
         warn_of_range(&blocks.curve, &all.u[all.fitted..], &mut warnings);
         let order = minimum.order.clone().unwrap_or_else(|| ChosenOrder {
@@ -219,7 +245,7 @@ impl RefinedHammerstein {
         let parameters = parameters(&linear, blocks.breakpoints.len());
         let path = path(request, named(curve, linear));
         let model = path.model(blocks.offset);
-        let FreeRun { predicted, verdict } = judged(&model, all, minimum.parameters())?;
+        let FreeRun { predicted, verdict } = judged(&model, all, minimum.parameters(), samples)?;
         warn_if_useless(&verdict, &mut warnings);
         let run = Run {
             model,
@@ -254,7 +280,7 @@ impl RefinedHammerstein {
             result => result?,
         };
         plain.warnings.push(Warning::NotRefined);
-        let FreeRun { predicted, verdict } = judged(&plain.model, all, 0)?;
+        let FreeRun { predicted, verdict } = judged(&plain.model, all, 0, all.fitted)?;
         for block in plain.paths.iter_mut().flat_map(|p| &mut p.blocks) {
             match &mut block.kind {
                 BlockKind::Static(block) => {
@@ -297,13 +323,10 @@ struct FreeRun {
     verdict: Verdict,
 }
 
-fn judged(model: &Block, all: &Experiments, parameters: usize) -> Result<FreeRun> {
+fn judged(model: &Block, all: &Experiments, parameters: usize, samples: usize) -> Result<FreeRun> {
     let simulate = |part: &std::ops::Range<usize>| model.simulate(&all.u[part.clone()]);
     let predicted: Vec<f64> = all.parts.iter().flat_map(simulate).collect();
-    let estimated = Estimated {
-        parameters,
-        samples: all.fitted,
-    };
+    let estimated = Estimated { parameters, samples };
     let fresh = |v: &[f64]| -> Vec<f64> {
         let present = (all.fitted..v.len()).filter(|&i| !all.missing[i]);
         present.map(|i| v[i]).collect()

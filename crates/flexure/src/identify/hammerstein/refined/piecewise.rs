@@ -1,5 +1,7 @@
 //! Piecewise cubic polynomials whose breakpoints may be jumps, kinks or jumps of the third derivative.
 
+use serde::{Deserialize, Serialize};
+
 use super::limits::FREE_POWERS;
 use crate::sort;
 
@@ -55,7 +57,7 @@ pub(super) fn powers() -> impl Iterator<Item = Term> {
 }
 
 /// The linear maps from the input to the unit coordinate and back.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct UnitCoordinate {
     pub centre: f64,
     pub half: f64,
@@ -115,7 +117,7 @@ pub(super) fn breakpoints(
 }
 
 /// Several linear combinations of terms, as a table of cubic polynomials between the breakpoints.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct PiecewiseCubics {
     pub unit: UnitCoordinate,
     /// The lower end of every piece, the first -1.
@@ -231,6 +233,11 @@ impl PiecewiseCubics {
             constants.for_each(|(c, mean)| *c -= mean);
         }
         means
+    }
+
+    /// Whether the table has what the functions need.
+    pub fn is_whole(&self) -> bool {
+        self.size > 0 && !self.lower.is_empty() && self.table.len() == self.lower.len() * 4 * self.size
     }
 
     /// The number of functions.
