@@ -29,6 +29,15 @@ pub(super) fn chain_drive(number: usize, drive: &ChainDrive) -> Result<()> {
     };
     part.check(!drive.joint.locked, "locked", 1.0, "", "0: make the joint a fixed one")?;
     part.positive("gear_ratio", drive.gear_ratio, "")?;
+    if drive.passive {
+        // What is the motor's does not count.
+        let joint = JointParameters {
+            motor_inertia: 1.0,
+            motor_friction: None,
+            ..drive.joint
+        };
+        return joint_ranges(drive.kind, parts, &part, &joint);
+    }
     joint_ranges(drive.kind, parts, &part, &drive.joint)
 }
 

@@ -10,6 +10,7 @@
 //! | [`ArmParameters`], [`Parts`] | the parameters of an arm; every part can be switched off | |
 //! | [`Arm`] | a checked arm: accelerations, energy, modal frequencies | (4), (7)-(9) |
 //! | [`chain`] | any chain or tree of rigid links, on a fixed or a free base | |
+//! | [`flexible_arm`] | arms of flexible links in a plane: finite elements or assumed modes | |
 //! | [`simulate()`], [`Drive`] | an arm in time, under torque or with commanded deflections | |
 //!
 //! All equations of the paper, with their files, are listed in `identify/hammerstein/mod.rs`.
@@ -30,6 +31,7 @@ pub mod chain;
 mod checks;
 mod dynamics;
 mod elementary;
+pub mod flexible_arm;
 mod joint;
 mod links;
 mod modal;

@@ -11,49 +11,16 @@
 //! it the rotor's gyroscopic moment (Tomei 1991; De Luca and Book, Springer Handbook of Robotics, chapter 11). On two links in a plane
 //! and r = 1 it is the paper's (9). Motors are eliminated inside the passes of articulated bodies: a rotor of a flexible joint takes
 //! \\(J_m / r^2\\) from its carrier's inertia about the axis, and so the cost stays linear in the number of joints.
+//!
+//! A passive joint has no motor: \\(M(q) q'' + \ldots = \tau - \kappa(q) - c q' - f(q')\\).
 
 use super::data::{ChainData, length};
+use super::drive::{ChainDrive, Drive, RotorCoupling};
 use super::model::{Base, Chain};
 use super::rnea::{CentroidalMomentum, ChainEnergy, RotorSpin};
 use super::vector::Vec3;
 use crate::error::Result;
-use crate::manipulator::arm::{JointKind, JointParameters};
-use crate::manipulator::{Friction, Stiffness, checks, elementary};
-
-/// The motor of a joint and what lies between it and the link. All values are seen from the link side; of a joint that slides they
-/// are forces, masses and metres.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ChainDrive {
-    /// Whether the joint is rigid, a linear spring or a nonlinear one.
-    pub kind: JointKind,
-    /// The motor's inertia, the spring and the friction; a rigid joint's motor may have no inertia. Friction counts in every kind.
-    pub joint: JointParameters,
-    /// Turns of the rotor for one of the joint; positive. It matters for [`RotorCoupling`] alone.
-    pub gear_ratio: f64,
-}
-
-impl Default for ChainDrive {
-    /// A rigid joint without friction and with a motor without inertia.
-    fn default() -> Self {
-        ChainDrive {
-            kind: JointKind::Rigid,
-            joint: JointParameters::default(),
-            gear_ratio: 1.0,
-        }
-    }
-}
-
-/// How the rotors' turning acts on the links that carry them. Rotors of joints that slide never do.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum RotorCoupling {
-    /// Not at all (Spong 1987).
-    #[default]
-    None,
-    /// Through S alone, as in the paper.
-    Inertial,
-    /// Through S, and with the rotors' inertia about their axes in that of the carriers, which is the energy of real bodies.
-    Complete,
-}
+use crate::manipulator::checks;
 
 /// A chain, and what moves its joints.
 ///
@@ -65,24 +32,6 @@ pub struct DrivenChain {
     drives: Vec<Drive>,
     coupling: RotorCoupling,
     flexible: usize,
-}
-
-/// A drive as the equations use it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Drive {
-    flexible: bool,
-    stiffness: Stiffness,
-    damping: f64,
-    friction: Option<Friction>,
-    motor_friction: Option<Friction>,
-    /// `Jm`.
-    motor: f64,
-    /// `Jm / r`, or zero without coupling.
-    spin: f64,
-    /// `Jm / r^2` where the carrier has the rotor's inertia, or zero.
-    carried: f64,
-    /// `Jm / r^2` of the coupling, or zero.
-    eliminated: f64,
 }
 
 /// What a rotor adds to the passes at its joint.
@@ -134,34 +83,9 @@ impl DrivenChain {
         }
         let checked = chain.bodies.iter().zip(drives).enumerate();
         let drives = checked.map(|(i, (body, drive))| {
-            let joint = &drive.joint;
             checks::chain_drive(i + 1, drive)?;
-            let coupled = coupling != RotorCoupling::None && !body.prismatic;
-            let ratio = if coupled { drive.gear_ratio } else { f64::INFINITY };
-            let used = |f: Option<Friction>| f.filter(|f| f.0 != [0.0; 6]);
-            let (spin, inertia) = (joint.motor_inertia / ratio, joint.motor_inertia / ratio / ratio);
-            Ok(Drive {
-                flexible: drive.kind != JointKind::Rigid,
-                stiffness: match drive.kind {
-                    JointKind::Rigid => Stiffness::default(),
-                    JointKind::Linear => Stiffness {
-                        linear: joint.stiffness,
-                        ..Stiffness::default()
-                    },
-                    JointKind::Nonlinear => joint.nonlinear_stiffness(),
-                },
-                damping: joint.damping,
-                friction: used(joint.friction),
-                motor_friction: used(joint.motor_friction),
-                motor: joint.motor_inertia,
-                spin,
-                carried: if coupling == RotorCoupling::Complete {
-                    inertia
-                } else {
-                    0.0
-                },
-                eliminated: inertia,
-            })
+            let coupling = if body.prismatic { RotorCoupling::None } else { coupling };
+            Ok(Drive::of(drive, coupling))
         });
         let drives: Vec<Drive> = drives.collect::<Result<_>>()?;
         let flexible = drives.iter().filter(|d| d.flexible).count();
@@ -183,9 +107,22 @@ impl DrivenChain {
         self.coupling
     }
 
-    /// Whether every joint is flexible.
+    /// Whether each joint has a motor behind a spring.
     pub fn flexible(&self) -> Vec<bool> {
         self.drives.iter().map(|d| d.flexible).collect()
+    }
+
+    /// Whether each joint has no motor.
+    pub fn passive(&self) -> Vec<bool> {
+        self.drives.iter().map(|d| d.passive).collect()
+    }
+
+    /// The names of the joints on which a torque acts: those that are not passive.
+    pub fn driven(&self) -> Vec<&String> {
+        let joints = self.chain.joints().iter().zip(&self.drives);
+        joints
+            .filter_map(|(name, drive)| (!drive.passive).then_some(name))
+            .collect()
     }
 
     /// The number of flexible joints.
@@ -198,11 +135,9 @@ impl DrivenChain {
         self.chain.positions() + self.chain.velocities() + 2 * self.flexible
     }
 
-    /// The tangent of a flexible joint's spring where it holds a torque, and the damper beside it.
-    pub(super) fn spring_at(&self, joint: usize, torque: f64) -> Option<(f64, f64)> {
-        let drive = &self.drives[joint];
-        let deflection = drive.stiffness.deflection(torque)?;
-        Some((drive.stiffness.tangent(deflection), drive.damping))
+    /// The drive of a joint.
+    pub(super) fn drive(&self, joint: usize) -> &Drive {
+        &self.drives[joint]
     }
 
     /// A work space for this chain.
@@ -252,7 +187,7 @@ impl DrivenChain {
         chain.place(&mut data.chain, state.q)?;
         chain.bias(&mut data.chain, state.v);
         let (base_force, torques) = chain.split(tau);
-        self.drive(data, state, torques);
+        self.act(data, state, torques);
         chain.articulate::<true>(&mut data.chain, &data.forces, &data.terms)?;
         chain.accelerate(&mut data.chain, base_force, acceleration)?;
 
@@ -265,7 +200,7 @@ impl DrivenChain {
     }
 
     /// The torques on the joints, and what the rotors add.
-    fn drive(&self, data: &mut DrivenData, state: &DrivenState<'_>, torques: &[f64]) {
+    fn act(&self, data: &mut DrivenData, state: &DrivenState<'_>, torques: &[f64]) {
         let first = self.chain.first();
         let (q, v) = (
             &state.q[self.chain.positions() - self.drives.len()..],
@@ -276,9 +211,8 @@ impl DrivenChain {
             let turning = data.chain.bodies[i].velocity.angular;
             // The gyroscopic moment of a rotor whose spin against the carrier is h.
             let gyroscopic = |h: f64| Vec3::new(turning.y * h, -turning.x * h, 0.0);
-            let friction = friction_torque(drive.friction.as_ref(), v[i]);
             if !drive.flexible {
-                data.forces[i] = torques[i] - friction - friction_torque(drive.motor_friction.as_ref(), v[i]);
+                (data.forces[i], _) = drive.torques(q[i], v[i], None, torques[i]);
                 data.terms[i] = RotorTerm {
                     mass: drive.motor,
                     coupling: drive.spin,
@@ -289,10 +223,8 @@ impl DrivenChain {
             }
             let (qm, vm) = (state.motor_q[motor], state.motor_v[motor]);
             motor += 1;
-            let elastic = elastic_torque(&drive.stiffness, qm - q[i]) + drive.damping * (vm - v[i]);
-            let left = torques[i] - elastic - friction_torque(drive.motor_friction.as_ref(), vm);
-            data.drive[i] = left;
-            data.forces[i] = elastic - friction;
+            let (on_link, left) = drive.torques(q[i], v[i], Some((qm, vm)), torques[i]);
+            (data.forces[i], data.drive[i]) = (on_link, left);
             if drive.spin == 0.0 {
                 data.terms[i] = RotorTerm::default();
                 continue;
@@ -353,10 +285,12 @@ impl DrivenChain {
             let carrier = data.chain.bodies[i].velocity.angular.z - state.v[first + i];
             energy.kinetic += 0.5 * drive.motor * vm * vm + drive.spin * vm * carrier;
             energy.kinetic += 0.5 * drive.carried * carrier * carrier;
+            let q = state.q[state.q.len() - self.drives.len() + i];
             if drive.flexible {
-                let q = state.q[state.q.len() - self.drives.len() + i];
                 energy.potential += drive.stiffness.potential(state.motor_q[motor] - q);
                 motor += 1;
+            } else if drive.passive {
+                energy.potential += drive.stiffness.potential(-q);
             }
         }
         Ok(energy)
@@ -391,22 +325,4 @@ impl DrivenChain {
             });
         Ok(spins.collect())
     }
-}
-
-/// The friction torque (12); `joint.rs` has the plain formula.
-#[inline(always)]
-fn friction_torque(friction: Option<&Friction>, v: f64) -> f64 {
-    let Some(Friction(g)) = friction else { return 0.0 };
-    let t = elementary::tanh([g[1] * v, g[2] * v, g[4] * v, 0.0]);
-    g[0] * (t[0] - t[1]) + g[3] * t[2] + g[5] * v
-}
-
-/// The elastic torque (10), (11); `joint.rs` has the plain formula.
-#[inline(always)]
-fn elastic_torque(stiffness: &Stiffness, d: f64) -> f64 {
-    let mut slope = stiffness.cubic * d * d + stiffness.linear;
-    if stiffness.windup != 0.0 {
-        slope -= stiffness.windup * elementary::exp_nonpositive([-stiffness.windup_sharpness * d * d])[0];
-    }
-    slope * d
 }

@@ -15,6 +15,7 @@ pub(super) fn of_arm(arm: &ArmParameters, coupling: RotorCoupling) -> DrivenChai
         kind: arm.model,
         joint,
         gear_ratio: 1.0,
+        passive: false,
     });
     DrivenChain::new(Chain::new(&planar(&arm.links)).unwrap(), &drives, coupling).unwrap()
 }
@@ -87,6 +88,7 @@ pub(super) fn random_drives(draw: &mut Draw, joints: usize, with_friction: bool)
                     locked: false,
                 },
                 gear_ratio: 0.5 + 3.0 * positive(),
+                passive: false,
             }
         })
         .collect()
@@ -216,6 +218,7 @@ fn bad_drives_are_refused_by_the_joint() {
             kind: arm.model,
             joint,
             gear_ratio: 1.0,
+            passive: false,
         });
         change(&mut drives[1]);
         let message = DrivenChain::new(chain.clone(), &drives, RotorCoupling::None)

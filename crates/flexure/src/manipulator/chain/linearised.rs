@@ -18,7 +18,7 @@ pub enum Motors {
     /// They turn under their torques, and rigid joints move.
     #[default]
     Free,
-    /// They stand still, and so do rigid joints.
+    /// They stand still, and so do rigid joints that are not passive.
     Held,
 }
 
@@ -60,8 +60,22 @@ impl ChainMode {
     }
 }
 
+/// Refuses a free base under gravity.
+pub(in crate::manipulator) fn check_rest(free: bool, gravity: &[f64]) -> Result<()> {
+    let strongest = gravity.iter().fold(0.0, |most: f64, g| most.max(g.abs()));
+    if free && strongest > 0.0 {
+        return Err(Error::parameter(
+            "gravity on a free base, m/s^2,",
+            strongest,
+            "zero: the base falls and is never at rest",
+        ));
+    }
+    Ok(())
+}
+
 impl DrivenChain {
-    /// The chain near rest at the position `q`, held there by its springs and its motors.
+    /// The chain near rest at the position `q`, held there by its springs and its motors. The springs of passive joints have the stiffness
+    /// that they have at `q`, whether or not they hold gravity there.
     ///
     /// # Errors
     /// A vector of another length, or a quaternion of length zero; [`Error::Parameter`] for a free base under gravity, which falls, and
@@ -82,18 +96,7 @@ impl DrivenChain {
     /// ```
     pub fn linearised(&self, data: &mut DrivenData, q: &[f64]) -> Result<LinearisedChain> {
         let chain = self.chain();
-        let strongest = chain
-            .gravity
-            .to_array()
-            .into_iter()
-            .fold(0.0, |most: f64, g| most.max(g.abs()));
-        if chain.base() == Base::Free && strongest > 0.0 {
-            return Err(Error::parameter(
-                "gravity on a free base, m/s^2,",
-                strongest,
-                "zero: the base falls and is never at rest",
-            ));
-        }
+        check_rest(chain.base() == Base::Free, &chain.gravity.to_array())?;
         let (n, first) = (chain.velocities(), chain.first());
         let motors: Vec<usize> = (self.flexible().iter().enumerate())
             .filter_map(|(i, flexible)| flexible.then_some(i))
@@ -104,36 +107,19 @@ impl DrivenChain {
         chain.inverse_dynamics_derivatives(&mut data.chain, q, &rest, &rest, &mut by_q, &mut by_v)?;
         chain.inverse_dynamics(&mut data.chain, q, &rest, &rest, &mut gravity)?;
 
-        let mut linearised = LinearisedChain {
-            dimension: all,
-            mass: self.inertia(data, q)?,
-            damping: vec![0.0; all * all],
-            stiffness: vec![0.0; all * all],
-            driven: (0..n).collect(),
-            held: (0..all).map(|k| k >= first).collect(),
-            joint: chain.joints()[0].clone(),
-        };
+        let mut linearised = LinearisedChain::of(self.inertia(data, q)?, n, first, &chain.joints()[0]);
         for (row, values) in by_q.chunks(n).enumerate() {
             linearised.stiffness[row * all..row * all + n].copy_from_slice(values);
         }
+        for (joint, _) in self.passive().iter().enumerate().filter(|(_, passive)| **passive) {
+            let place = q[q.len() - chain.joints().len() + joint];
+            linearised.add_spring(first + joint, None, self.drive(joint).tangent(-place));
+        }
         for (k, &joint) in motors.iter().enumerate() {
-            let (link, motor) = (first + joint, n + k);
-            let torque = gravity[link];
-            let (tangent, damping) = self.spring_at(joint, torque).ok_or_else(|| {
-                let name = format!(
-                    "the torque of gravity on the spring of joint '{}'",
-                    chain.joints()[joint]
-                );
-                Error::parameter(name, torque, "one that the spring can hold")
-            })?;
-            for (matrix, value) in [(&mut linearised.stiffness, tangent), (&mut linearised.damping, damping)] {
-                matrix[link * all + link] += value;
-                matrix[motor * all + motor] += value;
-                matrix[link * all + motor] -= value;
-                matrix[motor * all + link] -= value;
-            }
-            linearised.driven[link] = motor;
-            linearised.held[link] = false;
+            let spring = self
+                .drive(joint)
+                .loaded(gravity[first + joint], &chain.joints()[joint])?;
+            linearised.add_spring(first + joint, Some(n + k), spring);
         }
         Ok(linearised)
     }
@@ -175,6 +161,42 @@ impl DrivenChain {
 }
 
 impl LinearisedChain {
+    /// Without springs: `links` coordinates, of which those from `first` on stand still when brakes hold the motors, then the motors.
+    pub(in crate::manipulator) fn of(mass: Vec<f64>, links: usize, first: usize, joint: &str) -> Self {
+        let all = (mass.len() as f64).sqrt() as usize;
+        LinearisedChain {
+            dimension: all,
+            mass,
+            damping: vec![0.0; all * all],
+            stiffness: vec![0.0; all * all],
+            driven: (0..links).collect(),
+            held: (0..all).map(|k| k >= first).collect(),
+            joint: joint.to_owned(),
+        }
+    }
+
+    /// Adds a spring and the damper beside it between a link and its motor, or what carries it.
+    pub(in crate::manipulator) fn add_spring(&mut self, link: usize, motor: Option<usize>, spring: (f64, f64)) {
+        let all = self.dimension;
+        for (matrix, value) in [(&mut self.stiffness, spring.0), (&mut self.damping, spring.1)] {
+            matrix[link * all + link] += value;
+            if let Some(motor) = motor {
+                matrix[motor * all + motor] += value;
+                matrix[link * all + motor] -= value;
+                matrix[motor * all + link] -= value;
+            }
+        }
+        if let Some(motor) = motor {
+            self.driven[link] = motor;
+        }
+        self.release(link);
+    }
+
+    /// Lets a coordinate move when brakes hold the motors.
+    pub(in crate::manipulator) fn release(&mut self, coordinate: usize) {
+        self.held[coordinate] = false;
+    }
+
     /// The modes without damping, the lowest first.
     ///
     /// # Errors

@@ -10,6 +10,7 @@
 //! | get the derivatives of torques and accelerations | [`Chain::inverse_dynamics_derivatives`], [`Chain::forward_dynamics_derivatives`] |
 //! | get the vibrations about rest | [`DrivenChain::linearised`], [`LinearisedChain::modes`] |
 //! | give its joints motors, springs and friction | [`DrivenChain`], [`ChainDrive`] |
+//! | make links beams that bend | [`segmented`], [`Beam`] |
 //! | run it in time | [`simulate_chain`] |
 //! | take one that is ready to use | [`ChainPreset`] |
 //! | get energy and momentum | [`Chain::energy`], [`Chain::centroidal_momentum`] |
@@ -49,11 +50,13 @@
 //! ```
 
 mod aba;
+mod beam;
 mod crba;
 mod data;
 mod derivatives;
 #[cfg(test)]
 mod derivatives_tests;
+mod drive;
 mod drives;
 #[cfg(test)]
 mod drives_tests;
@@ -63,6 +66,9 @@ mod presets;
 mod problem;
 mod regressor;
 mod rnea;
+mod segments;
+#[cfg(test)]
+mod segments_tests;
 mod simulate;
 #[cfg(test)]
 mod simulate_tests;
@@ -71,13 +77,19 @@ mod spatial;
 mod tests;
 mod vector;
 
+pub use beam::Beam;
 pub use data::ChainData;
 pub use derivatives::ForwardDerivatives;
-pub use drives::{ChainDrive, DrivenChain, DrivenData, DrivenState, RotorCoupling};
+pub(super) use drive::Drive;
+pub use drive::{ChainDrive, RotorCoupling};
+pub use drives::{DrivenChain, DrivenData, DrivenState};
+pub(super) use linearised::check_rest;
 pub use linearised::{ChainMode, LinearisedChain, Motors};
 pub use model::{Base, Chain, ChainLink, ChainParameters, JointMotion, LinkInertia};
 pub use presets::ChainPreset;
 pub use problem::ChainProblem;
 pub use regressor::INERTIAL_PARAMETERS;
 pub use rnea::{CentroidalMomentum, ChainEnergy};
+pub use segments::{SegmentedBeam, SpringPlacement, segmented};
+pub(super) use simulate::HeldRun;
 pub use simulate::{ChainSimulation, chain_columns, simulate_chain, simulate_chain_watched};

@@ -25,6 +25,9 @@ pub enum Base {
     Free,
 }
 
+/// The largest cosine of the angle between the axes of a crosspiece: beyond it the inertia about the first is lost. Convention.
+const CROSSPIECE: f64 = 0.5;
+
 /// How a link moves against its parent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JointMotion {
@@ -64,7 +67,8 @@ pub struct ChainLink {
     pub rotation: [[f64; 3]; 3],
     /// The origin of the link's frame in the parent's, m.
     pub translation: [f64; 3],
-    /// The link's inertia; `None` only for a link that is fixed to another, or has a massive one fixed to it.
+    /// The link's inertia; `None` only for a link that is fixed to another, has a massive one fixed to it, or is the
+    /// crosspiece of a universal joint: it turns, and carries a massive one that turns across it.
     pub inertia: Option<LinkInertia>,
     /// The least and the largest joint position, rad or m; infinite where there is none.
     pub limits: [f64; 2],
@@ -196,8 +200,8 @@ impl Chain {
         if self.bodies.is_empty() {
             return Err(problem(base_name, ChainProblem::NothingMoves));
         }
-        for (body, name) in self.bodies.iter().zip(names) {
-            if !(body.inertia.mass > 0.0) {
+        for (i, (body, name)) in self.bodies.iter().zip(names).enumerate() {
+            if !(body.inertia.mass > 0.0 || self.is_crosspiece(i)) {
                 return Err(problem(name, ChainProblem::Massless));
             }
         }
@@ -205,6 +209,13 @@ impl Chain {
             return Err(problem(base_name, ChainProblem::Massless));
         }
         Ok(())
+    }
+
+    /// Whether a body without mass turns another that turns across it and has a mass, as the crosspiece of a universal joint does.
+    fn is_crosspiece(&self, i: usize) -> bool {
+        let turned = |b: &Body| b.parent == Some(i) && !b.prismatic && b.inertia.mass > 0.0;
+        let across = |b: &Body| b.placement.rotation.z.z.abs() < CROSSPIECE;
+        !self.bodies[i].prismatic && self.bodies.iter().any(|b| turned(b) && across(b))
     }
 
     /// How the base moves.

@@ -47,6 +47,23 @@ pub enum ChainProblem {
     /// A link that moves has no mass.
     #[error("it moves, but neither it nor what is fixed to it has a mass; give its inertia")]
     Massless,
+    /// The bending axes of a beam are not across it.
+    #[error("its beam needs a direction and one or two axes across it, and across each other, about which it bends")]
+    BeamAxes,
+    /// A link of an arm of finite elements or modes does not move in the plane.
+    #[error(
+        "elements and modes bend in the plane of x and y, in which it does not move: {what}; make its beams of segments"
+    )]
+    OutOfPlane {
+        /// What does not.
+        what: &'static str,
+    },
+    /// The joint of a beam with a spring at its root has no inertia between both.
+    #[error(
+        "its joint moves nothing but the spring at the root of its beam; give the link a mass and an inertia, which are its hub, or put the \
+         springs in the middle of the segments"
+    )]
+    NoHub,
     /// The limits exclude each other.
     #[error("its lower limit {} lies above its upper limit {}", exact(*.lower), exact(*.upper))]
     Limits {

@@ -17,7 +17,8 @@ type StateOfChain = Box<[f64]>;
 pub struct ChainSimulation {
     /// The instants of the record.
     pub sampling: Sampling,
-    /// The state at time 0, as [`DrivenChain::state`] takes it: `[q, qm, v, vm]`.
+    /// The state at time 0, as [`DrivenChain::state`] or [`FlexibleArm::state`](crate::manipulator::flexible_arm::FlexibleArm::state) takes
+    /// it: `[q, qm, v, vm]`.
     pub initial: Vec<f64>,
     /// The accuracy.
     pub tolerances: Tolerances,
@@ -32,6 +33,14 @@ impl ChainSimulation {
         let mut initial = vec![0.0; chain.dimension()];
         let neutral = chain.chain().neutral();
         initial[..neutral.len()].copy_from_slice(&neutral);
+        ChainSimulation::from_state(initial, duration, sample_time)
+    }
+
+    /// From a state, with the default tolerances, for `duration` s in steps of `sample_time` s.
+    ///
+    /// # Errors
+    /// Those of [`Sampling::new`].
+    pub fn from_state(initial: Vec<f64>, duration: f64, sample_time: f64) -> Result<Self> {
         Ok(ChainSimulation {
             sampling: Sampling::new(duration, sample_time)?,
             initial,
@@ -48,7 +57,7 @@ const BASE: [&str; 13] = [
 
 /// The columns of a chain's simulated record, in their order; for joints `a` and `b`, of which `b` is flexible,
 /// `t, tau_a, tau_b, q_a, q_b, qm_b, dq_a, dq_b, dqm_b`. A free base stands before the positions (`base_x` to `base_qw`) and before the
-/// velocities (`base_vx` to `base_wz`).
+/// velocities (`base_vx` to `base_wz`). Passive joints have no `tau`.
 pub fn chain_columns(chain: &DrivenChain) -> Vec<String> {
     let joints = chain.chain().joints();
     let flexible: Vec<&String> = (joints.iter().zip(chain.flexible()))
@@ -67,7 +76,7 @@ pub fn chain_columns(chain: &DrivenChain) -> Vec<String> {
     let all: Vec<&String> = joints.iter().collect();
     [
         vec!["t".to_owned()],
-        named("tau", &all),
+        named("tau", &chain.driven()),
         base(&BASE[..7]),
         named("q", &all),
         named("qm", &flexible),
@@ -78,8 +87,8 @@ pub fn chain_columns(chain: &DrivenChain) -> Vec<String> {
     .concat()
 }
 
-/// Simulates a chain under the torques of its joints: one signal a joint that moves, one sample a row, held until the next row; no signals
-/// at all are zero torques. Nothing acts on a free base.
+/// Simulates a chain under the torques of its joints: one signal a joint that moves and is not passive, one sample a row, held until the
+/// next row; no signals at all are zero torques. Nothing acts on a free base.
 ///
 /// The record has the columns of [`chain_columns`], one row an instant from 0 on, in s, N m (N), rad (m) and rad/s (m/s). Limits of
 /// joints are not kept: what a stop does, it does not say.
@@ -113,74 +122,104 @@ pub fn simulate_chain_watched(
     options: &ChainSimulation,
     watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Record> {
-    let (sampling, joints) = (&options.sampling, chain.chain().joints());
-    check(chain, torques, options)?;
+    chain.state(&options.initial)?;
     let base = if chain.chain().base() == Base::Free { 6 } else { 0 };
-    let torque = |k: usize| {
-        let mut tau = vec![0.0; base + joints.len()];
-        tau[base..]
-            .iter_mut()
-            .zip(torques)
-            .for_each(|(tau, torque)| *tau = torque[k]);
-        tau
-    };
-    let data = RefCell::new(chain.data());
-    let failed = RefCell::new(None);
-    let plant = |x: &StateOfChain, tau: &Vec<f64>| {
-        let mut derivative = vec![0.0; x.len()].into_boxed_slice();
-        if let Err(error) = chain.derivative(&mut data.borrow_mut(), x, tau, &mut derivative) {
-            // The integrator stops where nothing is finite; the reason is kept.
-            derivative.fill(f64::NAN);
-            failed.borrow_mut().get_or_insert(error);
-        }
-        derivative
-    };
+    let passive = chain.passive();
+    let driven: Vec<usize> = (0..passive.len()).filter(|&i| !passive[i]).map(|i| base + i).collect();
     let names = chain_columns(chain);
-    let mut columns = vec![Vec::with_capacity(sampling.rows()); names.len()];
-    let state = chain.state(&options.initial)?;
-    let positions = state.q.len() + state.motor_q.len();
-    let initial = options.initial.clone().into_boxed_slice();
-    let ran = run_held(
-        &mut Dop853::new(0.0, initial, options.tolerances)?.with_speeds_from(positions),
-        plant,
-        |k, _| torque(k),
-        sampling,
-        &mut |k, x, tau| {
-            let values = std::iter::once(sampling.instant(k)).chain(tau[base..].iter().copied());
-            let values = values.chain(x.iter().copied());
-            columns
-                .iter_mut()
-                .zip(values)
-                .for_each(|(column, value)| column.push(value));
-        },
-        watch,
-    );
-    match (ran, failed.into_inner()) {
-        (Err(Error::Simulation(_)), Some(error)) => return Err(error),
-        (ran, _) => ran?,
-    }
+    let held = HeldRun {
+        driven: &chain.driven(),
+        torques,
+        options,
+        positions: chain.chain().positions() + chain.motors(),
+    };
+    let mut data = chain.data();
+    let mut tau = vec![0.0; base + passive.len()];
+    let derivative = |x: &[f64], torques: &[f64], rates: &mut [f64]| {
+        driven.iter().zip(torques).for_each(|(&at, torque)| tau[at] = *torque);
+        chain.derivative(&mut data, x, &tau, rates)
+    };
+    let mut columns = held.columns(derivative, names.len(), watch)?;
     if base > 0 {
         unit_quaternions(&mut columns, &names);
     }
     Record::new(names.into_iter().zip(columns))
 }
 
-/// Refuses what does not fit the chain.
-fn check(chain: &DrivenChain, torques: &[&[f64]], options: &ChainSimulation) -> Result<()> {
-    chain.state(&options.initial)?;
-    check_values("the initial state", &options.initial)?;
-    let joints = chain.chain().joints();
-    if !torques.is_empty() && torques.len() != joints.len() {
-        return Err(Error::length("the torques", torques.len(), joints.len()));
-    }
-    for (joint, torque) in joints.iter().zip(torques) {
-        let name = format!("tau_{joint}");
-        if torque.len() != options.sampling.rows() {
-            return Err(Error::length(name, torque.len(), options.sampling.rows()));
+/// A simulation under torques that are held from sample to sample.
+pub(in crate::manipulator) struct HeldRun<'a> {
+    /// The names of the joints on which torques act.
+    pub driven: &'a [&'a String],
+    /// Their torques; none are zero.
+    pub torques: &'a [&'a [f64]],
+    pub options: &'a ChainSimulation,
+    /// The number of values of a state that are no velocities.
+    pub positions: usize,
+}
+
+impl HeldRun<'_> {
+    /// The instants, torques and states, as so many columns. The derivative takes the state and the torques.
+    pub fn columns(
+        &self,
+        derivative: impl FnMut(&[f64], &[f64], &mut [f64]) -> Result<()>,
+        columns: usize,
+        watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
+    ) -> Result<Vec<Vec<f64>>> {
+        self.check()?;
+        let (sampling, options) = (&self.options.sampling, self.options);
+        let torques = |k: usize| -> Vec<f64> {
+            let each = (0..self.driven.len()).map(|i| self.torques.get(i).map_or(0.0, |torque| torque[k]));
+            each.collect()
+        };
+        let derivative = RefCell::new(derivative);
+        let failed = RefCell::new(None);
+        let plant = |x: &StateOfChain, tau: &Vec<f64>| {
+            let mut rates = vec![0.0; x.len()].into_boxed_slice();
+            if let Err(error) = (derivative.borrow_mut())(x, tau, &mut rates) {
+                // The integrator stops where nothing is finite; the reason is kept.
+                rates.fill(f64::NAN);
+                failed.borrow_mut().get_or_insert(error);
+            }
+            rates
+        };
+        let mut columns = vec![Vec::with_capacity(sampling.rows()); columns];
+        let initial = options.initial.clone().into_boxed_slice();
+        let ran = run_held(
+            &mut Dop853::new(0.0, initial, options.tolerances)?.with_speeds_from(self.positions),
+            plant,
+            |k, _| torques(k),
+            sampling,
+            &mut |k, x, tau| {
+                let values = std::iter::once(sampling.instant(k)).chain(tau.iter().copied());
+                let values = values.chain(x.iter().copied());
+                columns
+                    .iter_mut()
+                    .zip(values)
+                    .for_each(|(column, value)| column.push(value));
+            },
+            watch,
+        );
+        match (ran, failed.into_inner()) {
+            (Err(Error::Simulation(_)), Some(error)) => Err(error),
+            (ran, _) => ran.map(|_| columns),
         }
-        check_values(&name, torque)?;
     }
-    Ok(())
+
+    /// Refuses torques and states that do not fit.
+    fn check(&self) -> Result<()> {
+        check_values("the initial state", &self.options.initial)?;
+        if !self.torques.is_empty() && self.torques.len() != self.driven.len() {
+            return Err(Error::length("the torques", self.torques.len(), self.driven.len()));
+        }
+        for (joint, torque) in self.driven.iter().zip(self.torques) {
+            let (name, rows) = (format!("tau_{joint}"), self.options.sampling.rows());
+            if torque.len() != rows {
+                return Err(Error::length(name, torque.len(), rows));
+            }
+            check_values(&name, torque)?;
+        }
+        Ok(())
+    }
 }
 
 /// Brings the quaternions to length one, from which rounding takes them.

@@ -67,6 +67,7 @@ fn a_free_base_keeps_its_momentum_and_without_friction_its_energy() {
             kind: JointKind::Nonlinear,
             joint,
             gear_ratio: 100.0,
+            passive: false,
         };
         7
     ];
