@@ -141,7 +141,8 @@ class Chain:
 
     @classmethod
     def from_toml(cls, path: str | PathLike[str]) -> Self:
-        """Reads a chain file: links, flexible joints with motors and friction, a load at the tip; errors say the line and the key.
+        """Reads a chain file: links, beams as rigid segments, flexible joints with motors and friction, a load at the tip; errors
+        say the line and the key.
 
         `simulate` moves its flexible joints; all other methods are about its links, and take the torques that act on these.
 
@@ -169,6 +170,11 @@ class Chain:
     def joints(self) -> list[str]:
         """The names of the joints that move, in the order of `q`."""
         return self._core.joints
+
+    @property
+    def driven(self) -> list[str]:
+        """The names of the joints on which torques act: all but the passive ones, at which the segments of beams bend."""
+        return self._core.driven
 
     @property
     def limits(self) -> Array:
@@ -347,8 +353,8 @@ class Chain:
         ----------
         duration, dt : float
             In s; the motion has ``duration / dt + 1`` instants.
-        torque : array of shape (joints,) or (instants, joints), optional
-            The torques of the joints, each held until the next instant; without it none act. Seen from the link's side of the gear.
+        torque : array of shape (driven,) or (instants, driven), optional
+            The torques of the joints that are `driven`, each held until the next instant; without it none act. Seen from the link's side of the gear.
         q, v : array of shape (nq,), (nv,), optional
             The state at the start; at rest in `neutral` without them.
         motor_q, motor_v : array, one value a flexible joint, optional
@@ -359,7 +365,7 @@ class Chain:
         Returns
         -------
         dict of arrays of shape (instants,)
-            ``t``, and for a joint "a" ``tau_a``, ``q_a``, ``dq_a``, of a flexible one ``qm_a`` and ``dqm_a`` too; of a free base ``base_x`` to
+            ``t``, and for a joint "a" ``tau_a``, ``q_a``, ``dq_a``, of a flexible one ``qm_a`` and ``dqm_a`` too, of a passive one no ``tau_a``; of a free base ``base_x`` to
             ``base_z``, ``base_qx`` to ``base_qw``, ``base_vx`` to ``base_vz`` and ``base_wx`` to ``base_wz``.
 
         Examples
@@ -388,13 +394,13 @@ class Chain:
         return self._core.simulate(torques, initial.tolist(), (duration, dt), tolerances)
 
     def _torques(self, torque: Any, instants: int) -> list[Array]:
-        """A column a joint."""
-        joints = len(self.joints)
+        """A column a driven joint."""
+        joints = len(self.driven)
         if torque.ndim == 1 and torque.shape == (joints,):
             torque = np.broadcast_to(torque, (instants, joints))
         if torque.ndim != 2 or torque.shape[1] != joints:
             raise DataError(f"'torque' has the shape {torque.shape}, but this chain needs ({joints},) or (instants, {joints})")
-        return [samples(torque[:, i], f"tau_{name}") for i, name in enumerate(self.joints)]
+        return [samples(torque[:, i], f"tau_{name}") for i, name in enumerate(self.driven)]
 
     def _states(self, **given: Any) -> tuple[tuple[int, ...], list[Array]]:
         """The shape of the states, and their values one after the other."""

@@ -112,6 +112,12 @@ impl Chain {
         Chain::of_links(chain)
     }
 
+    /// The names of the joints on which torques act.
+    #[getter]
+    fn driven(&self) -> Vec<String> {
+        self.0.driven().into_iter().cloned().collect()
+    }
+
     /// Which joints are flexible.
     #[getter]
     fn flexible(&self) -> Vec<bool> {

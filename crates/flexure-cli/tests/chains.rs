@@ -58,6 +58,52 @@ fn presets_and_chain_files_run() {
 }
 
 #[test]
+fn a_beam_of_segments_runs_and_has_torques_of_its_joint_alone() {
+    let folder = Folder::new();
+    folder.write(
+        "beam.toml",
+        "[chain]\ngravity = [0.0, 0.0, 0.0]\n[[chain.link]]\nname = \"arm\"\njoint = \"shoulder\"\nmass = 1.0\n\
+         inertia = [0.1, 0.1, 0.1, 0.0, 0.0, 0.0]\n[chain.link.beam]\nlength = 2.0\nstiffness = 300.0\ndensity = 0.7\n",
+    );
+    let rows = "1.0\n".repeat(11);
+    folder.write("tau.csv", format!("tau_shoulder\n{rows}"));
+    folder.done("simulate beam.toml --duration 0.1 --sample-time 0.01 --torques tau.csv -o b.csv");
+    // The hub goes first and bends the root back.
+    let (hub, root) = (
+        folder.column("b.csv", "q_shoulder"),
+        folder.column("b.csv", "q_arm_bend1"),
+    );
+    assert!(hub[10] > 0.0 && root[10] < 0.0, "{hub:?} {root:?}");
+    let outcome = folder.run("simulate beam.toml --duration 0.1 --sample-time 0.01 --start arm_bend9=1 -o c.csv");
+    assert!(
+        outcome.stderr.contains("the joints are shoulder, arm_bend1, arm_bend2"),
+        "{outcome:?}"
+    );
+}
+
+/// The same beam by finite elements and by modes.
+#[test]
+fn beams_of_elements_and_modes_run_and_agree() {
+    let folder = Folder::new();
+    let text = "[chain]\n[[chain.link]]\nname = \"arm\"\njoint = \"shoulder\"\nmass = 1.0\n\
+         inertia = [0.1, 0.1, 0.1, 0.0, 0.0, 0.0]\n[chain.link.beam]\nlength = 2.0\nstiffness = 300.0\ndensity = 0.7\n";
+    let rows = "1.0\n".repeat(21);
+    folder.write("tau.csv", format!("tau_shoulder\n{rows}"));
+    let tips: Vec<f64> = ["elements", "modes"]
+        .into_iter()
+        .map(|model| {
+            folder.write("arm.toml", format!("{text}model = \"{model}\"\n"));
+            folder.done(
+                "simulate arm.toml --duration 0.2 --sample-time 0.01 --torques tau.csv --start shoulder=0.1 -o b.csv",
+            );
+            assert_eq!(folder.column("b.csv", "q_shoulder")[0], 0.1);
+            folder.column("b.csv", "tip_arm")[20]
+        })
+        .collect();
+    assert!(tips[0] < -1e-3 && (tips[1] / tips[0] - 1.0).abs() < 1e-2, "{tips:?}");
+}
+
+#[test]
 fn what_cannot_be_run_is_refused() {
     let folder = Folder::new();
     folder.write("rod.urdf", PENDULUM);

@@ -44,7 +44,9 @@
 //! Keys that do not exist are errors. Values that the model does not use are kept but not checked,
 //! so that one file serves all three models.
 
+mod beam_table;
 mod chain_file;
+mod chain_tables;
 mod edit;
 mod error;
 mod excitation;
@@ -55,7 +57,7 @@ mod run;
 mod scenario;
 mod values;
 
-pub use chain_file::{chain_of_toml, is_chain};
+pub use chain_file::{ChainFile, chain_file_of_toml, chain_of_toml, is_chain};
 pub use edit::with_changes;
 pub use error::ArmError;
 pub use excitation::{Amplitude, Distribution, DriveKind, Excitation, Kind, PhaseChoice, SweepChoice};

@@ -49,6 +49,7 @@ impl Drive {
                 ..JointParameters::default()
             },
             gear_ratio: 1.0,
+            passive: false,
         }
     }
 }

@@ -5,16 +5,15 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow, bail};
 use flexure::error::{IntegrationFailure, SimulationError};
-use flexure::manipulator::chain::{
-    Base, Chain, ChainPreset, ChainSimulation, DrivenChain, RotorCoupling, chain_columns, simulate_chain_watched,
-};
+use flexure::manipulator::chain::{Base, Chain, ChainPreset, ChainSimulation, DrivenChain, RotorCoupling};
 use flexure::text::{counted, list, short, shown_path};
 use flexure::{Error, Record};
-use flexure_io::arm::{chain_of_toml, is_chain};
+use flexure_io::arm::{ChainFile, chain_file_of_toml, is_chain};
 use flexure_io::urdf::{UrdfOptions, parse_urdf};
 use flexure_io::{check_computed, read_record, write_record};
 use serde_json::json;
 
+use super::machine::Machine;
 use super::{Arguments, Source};
 use crate::arguments::{self, Usage};
 use crate::files::prepare;
@@ -73,14 +72,19 @@ pub fn preset(arguments: &Arguments) -> Option<ChainPreset> {
 }
 
 /// A preset's chain.
-pub fn of_preset(preset: ChainPreset, arguments: &Arguments) -> Result<DrivenChain> {
+pub fn of_preset(preset: ChainPreset, arguments: &Arguments) -> Result<Machine> {
     not_urdf(arguments, "a preset")?;
-    let chain = Chain::new(&preset.parameters())?;
-    Ok(DrivenChain::new(chain, &[], RotorCoupling::None)?)
+    rigid(Chain::new(&preset.parameters())?)
 }
 
-/// The chain of a file; `None` where that is an arm's.
-pub fn of_file(arguments: &Arguments, source: &Source) -> Result<Option<DrivenChain>> {
+/// A chain with rigid joints.
+fn rigid(chain: Chain) -> Result<Machine> {
+    let chain = DrivenChain::new(chain, &[], RotorCoupling::None)?;
+    Ok(Machine(ChainFile::Chain(chain)))
+}
+
+/// The chain, or flexible arm, of a file; `None` where that is a two-link arm's.
+pub fn of_file(arguments: &Arguments, source: &Source) -> Result<Option<Machine>> {
     let is_urdf = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("urdf"));
     if arguments.arm.as_ref().is_some_and(is_urdf) {
         let ground = UrdfOptions::default();
@@ -95,13 +99,13 @@ pub fn of_file(arguments: &Arguments, source: &Source) -> Result<Option<DrivenCh
             },
         };
         let chain = parse_urdf(&source.text, source.name.as_ref(), &options)?;
-        return Ok(Some(DrivenChain::new(chain, &[], RotorCoupling::None)?));
+        return Ok(Some(rigid(chain)?));
     }
     if !is_chain(&source.text) {
         return Ok(None);
     }
     not_urdf(arguments, "a chain file")?;
-    Ok(Some(chain_of_toml(&source.text, &source.name)?))
+    Ok(Some(Machine(chain_file_of_toml(&source.text, &source.name)?)))
 }
 
 /// Refuses options of URDF.
@@ -119,7 +123,7 @@ fn not_urdf(arguments: &Arguments, source: &str) -> Result<(), Usage> {
 }
 
 /// Simulates the chain and writes its record.
-pub fn run(arguments: &Arguments, chain: &DrivenChain) -> Result<()> {
+pub fn run(arguments: &Arguments, chain: &Machine) -> Result<()> {
     let given = &arguments.chain;
     if arguments.write_arm.is_some() {
         return Err(Usage("--write-arm is for two-link arms; a chain's file is its own".to_owned()).into());
@@ -129,20 +133,20 @@ pub fn run(arguments: &Arguments, chain: &DrivenChain) -> Result<()> {
         return Err(Usage(message.to_owned()).into());
     };
     prepare(&given.torques, [out], [])?;
-    let mut options = ChainSimulation::new(chain, duration, sample_time)?;
+    let mut options = chain.from_rest(duration, sample_time)?;
     start(chain, &given.start, &mut options)?;
     let rows = options.sampling.rows();
     // Memory limits the number of samples, and the limit of the steps follows from that number.
     let steps = options.tolerances.max_steps.max(STEPS_A_SAMPLE * rows as u64);
     options.tolerances.max_steps = steps;
-    check_computed(rows, chain_columns(chain).len())?;
+    check_computed(rows, chain.columns().len())?;
     let torques = match &given.torques {
         Some(path) => torques(chain, path, rows)?,
         None => Vec::new(),
     };
     let slices: Vec<&[f64]> = torques.iter().map(Vec::as_slice).collect();
     let progress = Progress::new("simulating", duration);
-    let record = simulate_chain_watched(chain, &slices, &options, &mut |t| {
+    let record = chain.simulate(&slices, &options, &mut |t| {
         progress.at(t);
         ControlFlow::Continue(())
     });
@@ -161,29 +165,25 @@ pub fn run(arguments: &Arguments, chain: &DrivenChain) -> Result<()> {
     said(arguments, chain, out, &record, sample_time)
 }
 
-fn said(arguments: &Arguments, chain: &DrivenChain, out: &Path, record: &Record, sample_time: f64) -> Result<()> {
+fn said(arguments: &Arguments, chain: &Machine, out: &Path, record: &Record, sample_time: f64) -> Result<()> {
+    let joints: Vec<&str> = chain.joints().into_iter().map(|(name, _)| name).collect();
     if arguments.json {
         let object = json!({
             "samples": record.len(),
             "columns": record.names(),
             "sample_time": sample_time,
             "record": out.display().to_string(),
-            "joints": chain.chain().joints(),
+            "joints": joints,
         });
         return print(&object.to_string());
     }
-    let joints = chain.chain().joints();
-    let base = if chain.chain().base() == Base::Free {
-        "free"
-    } else {
-        "fixed"
-    };
+    let base = if chain.free_base() { "free" } else { "fixed" };
     print(&format!(
         "wrote {} ({} samples of {} on a {base} base: {})",
         shown_path(out),
         record.len(),
         counted(joints.len(), "joint"),
-        list(joints)
+        list(&joints)
     ))
 }
 
@@ -194,10 +194,10 @@ const STEPS_A_SAMPLE: u64 = 10;
 const FARTHEST: f64 = 1e6;
 
 /// Puts joints, and their motors, where they start.
-fn start(chain: &DrivenChain, places: &[String], options: &mut ChainSimulation) -> Result<()> {
-    let joints = chain.chain().joints();
-    let first = chain.chain().positions() - joints.len();
-    let flexible = chain.flexible();
+fn start(chain: &Machine, places: &[String], options: &mut ChainSimulation) -> Result<()> {
+    let joints = chain.joints();
+    let (first, first_motor) = chain.places();
+    let known: Vec<&str> = joints.iter().map(|(name, _)| *name).collect();
     let names: Vec<&str> = places
         .iter()
         .map(|place| place.split('=').next().unwrap_or_default().trim())
@@ -211,35 +211,30 @@ fn start(chain: &DrivenChain, places: &[String], options: &mut ChainSimulation) 
         let Some((name, value)) = parsed else {
             return Err(Usage(format!(
                 "--start has '{place}', but needs JOINT=VALUE with a value of at most {FARTHEST:e}, for example {}=0.5",
-                joints[0]
+                known.first().unwrap_or(&"JOINT")
             ))
             .into());
         };
-        let Some(joint) = joints.iter().position(|joint| joint == name) else {
+        let Some(joint) = known.iter().position(|joint| *joint == name) else {
             return Err(Usage(format!(
                 "--start names the joint '{name}'; the joints are {}",
-                list(joints)
+                list(&known)
             ))
             .into());
         };
         options.initial[first + joint] = value;
-        if flexible[joint] {
-            let motor = flexible[..joint].iter().filter(|f| **f).count();
-            options.initial[chain.chain().positions() + motor] = value;
+        if joints[joint].1 {
+            let motor = joints[..joint].iter().filter(|(_, flexible)| *flexible).count();
+            options.initial[first_motor + motor] = value;
         }
     }
     Ok(())
 }
 
-/// The torques of all joints, zero where the record has no column.
-fn torques(chain: &DrivenChain, path: &Path, rows: usize) -> Result<Vec<Vec<f64>>> {
+/// The torques of all driven joints, zero where the record has no column.
+fn torques(chain: &Machine, path: &Path, rows: usize) -> Result<Vec<Vec<f64>>> {
     let file = read_record(path)?;
-    let names: Vec<String> = chain
-        .chain()
-        .joints()
-        .iter()
-        .map(|joint| format!("tau_{joint}"))
-        .collect();
+    let names: Vec<String> = chain.driven().into_iter().map(|joint| format!("tau_{joint}")).collect();
     if !names.iter().any(|name| file.record.column(name).is_ok()) {
         bail!(
             "{}: no column is the torque of a joint; they are called {}",

@@ -15,7 +15,7 @@
 //! joint = "shoulder"
 //! type = "revolute"            # revolute (without this key) | prismatic | fixed
 //! axis = [0.0, 0.0, 1.0]       # in the link's frame; without this key z
-//! origin = [0.6, 0.0, 0.0]     # of the link's frame in its parent's, m; without this key zero
+//! origin = [0.6, 0.0, 0.0]     # of the link's frame in its parent's, m; without this key zero, or the tip of its parent's beam
 //! rpy = [0.0, 0.0, 0.0]        # rad, about the parent's x, y and z, in this order; without this key zero
 //! limits = [-3.0, 3.0]         # rad or m; without this key none
 //! mass = 1.5
@@ -26,26 +26,41 @@
 //! motor_inertia = 1.0
 //! gear_ratio = 1.0             # without this key 1; counts where rotors act on their carriers
 //! linear = 500.0
+//! [chain.link.beam]            # without this table the link is rigid; with it its mass and inertia are those of a rigid hub at its joint
+//! length = 4.5                 # m
+//! stiffness = 5000.0           # EI, N m^2
+//! density = 0.335              # kg/m
+//! damping = 0.01               # the damping ratio of the first mode of the clamped beam; without this key none
+//! along = [1.0, 0.0, 0.0]      # its direction in the link's frame; without this key x
+//! model = "segments"           # segments (without this key) | elements | modes: rigid parts, cubic finite elements, clamped-free modes
+//! count = 3                    # how many of them; without this key 3, 5 or 3
+//! springs = "root"             # of segments: root (without this key: 2 EI/h at the root, then EI/h) | middle (EI/h amid each part)
+//! axes = [[0.0, 0.0, 1.0]]     # of segments: the one or two axes about which it bends; without this key that of the joint
+//! axial_stiffness = 2.8e7      # of elements and modes: EA, N; without this key the beam does not stretch
 //! [load]                       # optional: what the tip carries
 //! link = "lower"               # without this key the last link
 //! mass = 10.0
-//! com = [4.5, 0.0, 0.0]        # in that link's frame
+//! com = [4.5, 0.0, 0.0]        # in that link's frame; without this key its origin, or the tip of its beam
 //! inertia = [0.1, 0.1, 0.1, 0.0, 0.0, 0.0]      # without this key a point
 //! ```
 //!
-//! Keys that do not exist are errors.
+//! What a beam carries sits at its tip: `origin` and `com` are its place while the beam is straight. Beams of elements and modes bend in the
+//! plane of x and y, in which all joints turn. Keys that do not exist are errors.
 
 use flexure::Error;
 use flexure::error::ArmError as Unusable;
 use flexure::manipulator::chain::{
     Base, Chain, ChainDrive, ChainLink, ChainParameters, DrivenChain, JointMotion, LinkInertia, RotorCoupling,
+    SegmentedBeam, segmented,
 };
+use flexure::manipulator::flexible_arm::{FlexibleArm, FlexibleBeam};
 use flexure::manipulator::{JointKind, JointParameters};
-use serde::Deserialize;
 
+use super::beam_table::BeamTable;
+use super::chain_tables::{BaseName, ChainTable, File, LinkTable, Load, Motion, Rotors};
 use super::error::ArmError;
 use super::file::{JointTable, Source};
-use super::values::{list, plain};
+use super::values::plain;
 use crate::urdf::rotation;
 
 /// Gravity on the ground, z upwards, m/s^2.
@@ -53,106 +68,100 @@ const GROUND: [f64; 3] = [0.0, 0.0, -9.81];
 /// The inertia of a point: the least that a body may have, compared with the links'.
 const POINT: f64 = 1e-12;
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    chain: ChainTable,
-    load: Option<Load>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ChainTable {
-    #[serde(default)]
-    base: BaseName,
-    #[serde(default, deserialize_with = "list::<_, _, 3>")]
-    gravity: Option<[f64; 3]>,
-    #[serde(default)]
-    rotors: Rotors,
-    body: Option<Body>,
-    link: Vec<LinkTable>,
-}
-
-#[derive(Deserialize, Default, Clone, Copy)]
-#[serde(rename_all = "lowercase")]
-enum BaseName {
-    #[default]
-    Fixed,
-    Free,
-}
-
-#[derive(Deserialize, Default, Clone, Copy)]
-#[serde(rename_all = "lowercase")]
-enum Rotors {
-    #[default]
-    None,
-    Inertial,
-    Complete,
-}
-
-#[derive(Deserialize, Default, Clone, Copy)]
-#[serde(rename_all = "lowercase")]
-enum Motion {
-    #[default]
-    Revolute,
-    Prismatic,
-    Fixed,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Body {
-    mass: f64,
-    #[serde(default, deserialize_with = "list::<_, _, 3>")]
-    com: [f64; 3],
-    #[serde(deserialize_with = "list::<_, _, 6>")]
-    inertia: [f64; 6],
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Load {
-    link: Option<String>,
-    mass: f64,
-    #[serde(default, deserialize_with = "list::<_, _, 3>")]
-    com: [f64; 3],
-    #[serde(default, deserialize_with = "list::<_, _, 6>")]
-    inertia: Option<[f64; 6]>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct LinkTable {
-    name: String,
-    parent: Option<String>,
-    joint: String,
-    #[serde(rename = "type", default)]
-    motion: Motion,
-    #[serde(default, deserialize_with = "list::<_, _, 3>")]
-    axis: Option<[f64; 3]>,
-    #[serde(default, deserialize_with = "list::<_, _, 3>")]
-    origin: [f64; 3],
-    #[serde(default, deserialize_with = "list::<_, _, 3>")]
-    rpy: [f64; 3],
-    #[serde(default, deserialize_with = "list::<_, _, 2>")]
-    limits: Option<[f64; 2]>,
-    mass: Option<f64>,
-    #[serde(default, deserialize_with = "list::<_, _, 3>")]
-    com: Option<[f64; 3]>,
-    #[serde(default, deserialize_with = "list::<_, _, 6>")]
-    inertia: Option<[f64; 6]>,
-    drive: Option<toml::Table>,
-}
-
 /// Whether the text of a TOML file is that of a chain.
 pub fn is_chain(text: &str) -> bool {
     text.lines().any(|line| line.trim_start().starts_with("[chain]"))
+}
+
+/// What a chain file describes.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ChainFile {
+    /// A chain of rigid links; beams are segments.
+    Chain(DrivenChain),
+    /// An arm in a plane, whose beams are finite elements or modes.
+    FlexibleArm(FlexibleArm),
 }
 
 /// Reads and checks the text of a chain file; `source_name` names it in errors.
 ///
 /// # Errors
 /// [`ArmError::Format`] and [`ArmError::Value`], with the file, the line and the key.
+///
+/// ```
+/// use flexure_io::arm::{ChainFile, chain_file_of_toml};
+///
+/// let text = r#"
+/// [chain]
+/// [[chain.link]]
+/// name = "arm"
+/// joint = "shoulder"
+/// [chain.link.beam]
+/// length = 2.0
+/// stiffness = 300.0
+/// density = 0.7
+/// model = "modes"
+/// "#;
+/// let ChainFile::FlexibleArm(arm) = chain_file_of_toml(text, "arm.toml")? else { panic!() };
+/// assert_eq!(arm.coordinates(), 4);
+/// # Ok::<(), flexure_io::arm::ArmError>(())
+/// ```
+pub fn chain_file_of_toml(text: &str, source_name: &str) -> Result<ChainFile, ArmError> {
+    let source = Source {
+        text,
+        name: source_name,
+    };
+    let File { chain: table, load } = source.parse()?;
+    let drives = drives(&source, &table.link)?;
+    let parameters = parameters(&source, &table, load)?;
+    let beams: Vec<(usize, &LinkTable, &BeamTable)> = (table.link.iter().enumerate())
+        .filter_map(|(i, link)| Some((i, link, link.beam.as_ref()?)))
+        .collect();
+    for (i, _, beam) in &beams {
+        if let Some(idle) = beam.idle() {
+            let reason = "means nothing for a beam of this model; leave it out";
+            return Err(source.value(key(*i, &format!("beam.{idle}")), reason));
+        }
+    }
+    let joints: Vec<String> = table
+        .link
+        .iter()
+        .filter(|l| l.moves())
+        .map(|l| l.joint.clone())
+        .collect();
+    if beams.iter().any(|(_, _, beam)| beam.floats()) {
+        if let Some((i, ..)) = beams.iter().find(|(_, _, beam)| !beam.floats()) {
+            let reason = "all beams of an arm are segments, or none is; this one is, others are not";
+            return Err(source.value(key(*i, "beam.model"), reason));
+        }
+        if !matches!(table.rotors, Rotors::None) {
+            let reason = "rotors act on links in chains of segments alone; leave this key out";
+            return Err(source.value("chain.rotors", reason));
+        }
+        let beams: Vec<FlexibleBeam> = beams.iter().map(|(i, _, beam)| beam.floating(*i)).collect();
+        let arm = FlexibleArm::new(&parameters, &drives, &beams);
+        let arm = arm.map_err(|error| locate(&source, &table, &joints, error))?;
+        return Ok(ChainFile::FlexibleArm(arm));
+    }
+    let rotors = match table.rotors {
+        Rotors::None => RotorCoupling::None,
+        Rotors::Inertial => RotorCoupling::Inertial,
+        Rotors::Complete => RotorCoupling::Complete,
+    };
+    let beams: Vec<SegmentedBeam> = (beams.iter())
+        .map(|(i, link, beam)| beam.segmented(*i, link.axis()))
+        .collect();
+    let located = |error| locate(&source, &table, &joints, error);
+    let (parameters, drives) = segmented(&parameters, &drives, &beams).map_err(located)?;
+    let chain = Chain::new(&parameters).map_err(located)?;
+    let joints = chain.joints().to_vec();
+    let chain = DrivenChain::new(chain, &drives, rotors);
+    (chain.map(ChainFile::Chain)).map_err(|error| locate(&source, &table, &joints, error))
+}
+
+/// [`chain_file_of_toml`] for files without beams of finite elements or modes.
+///
+/// # Errors
+/// Those of [`chain_file_of_toml`], and [`ArmError::Value`] for such beams.
 ///
 /// ```
 /// let text = r#"
@@ -170,62 +179,62 @@ pub fn is_chain(text: &str) -> bool {
 /// # Ok::<(), flexure_io::arm::ArmError>(())
 /// ```
 pub fn chain_of_toml(text: &str, source_name: &str) -> Result<DrivenChain, ArmError> {
-    let source = Source {
-        text,
-        name: source_name,
-    };
-    let File { chain: table, load } = source.parse()?;
-    let rotors = match table.rotors {
-        Rotors::None => RotorCoupling::None,
-        Rotors::Inertial => RotorCoupling::Inertial,
-        Rotors::Complete => RotorCoupling::Complete,
-    };
-    let drives: Vec<(usize, ChainDrive)> = drives(&source, &table.link)?;
-    let parameters = parameters(&source, &table, load)?;
-    let located = |error: Error| match &error {
-        Error::Arm(Unusable::Chain { link, .. }) => {
-            let number = table.link.iter().position(|l| l.name == *link);
-            let key = match number {
-                Some(i) => format!("chain.link[{}]", i + 1),
-                None if *link == parameters.base_name => "chain.body".to_owned(),
-                None => "load".to_owned(),
+    match chain_file_of_toml(text, source_name)? {
+        ChainFile::Chain(chain) => Ok(chain),
+        ChainFile::FlexibleArm(_) => {
+            let source = Source {
+                text,
+                name: source_name,
             };
-            source.value(key, error.to_string())
+            let reason =
+                "its beams are finite elements or modes, which make a flexible arm and no chain; take segments";
+            Err(source.value("chain", reason))
         }
+    }
+}
+
+/// Puts a key and a line to an error of the library about a chain with these joints.
+fn locate(source: &Source, table: &ChainTable, joints: &[String], error: Error) -> ArmError {
+    let key = match &error {
+        Error::Arm(Unusable::Chain { link, .. }) => match table.link.iter().position(|l| l.name == *link) {
+            Some(i) => format!("chain.link[{}]", i + 1),
+            None if link == BASE => "chain.body".to_owned(),
+            None => "load".to_owned(),
+        },
         Error::Arm(Unusable::Unphysical { number, quantity, .. }) => {
-            let link = drives.get(number - 1).map_or(0, |(link, _)| *link);
-            let key = quantity.split(' ').next().unwrap_or(quantity);
-            source.value(format!("chain.link[{}].drive.{key}", link + 1), error.to_string())
+            let joint = joints.get(number - 1);
+            let link = table.link.iter().position(|link| Some(&link.joint) == joint);
+            let name = quantity.split(' ').next().unwrap_or(quantity);
+            key(link.unwrap_or(0), &format!("drive.{name}"))
         }
-        _ => source.value("chain", error.to_string()),
+        _ => "chain".to_owned(),
     };
-    let chain = Chain::new(&parameters).map_err(located)?;
-    let each: Vec<ChainDrive> = drives.iter().map(|(_, drive)| *drive).collect();
-    DrivenChain::new(chain, &each, rotors).map_err(located)
+    source.value(key, error.to_string())
 }
 
 /// The chain's links; the load is a link fixed to another one.
 fn parameters(source: &Source, table: &ChainTable, load: Option<Load>) -> Result<ChainParameters, ArmError> {
     let mut links = Vec::with_capacity(table.link.len() + 1);
     for (i, link) in table.link.iter().enumerate() {
+        let parent = parent(source, table, i)?;
         links.push(ChainLink {
             name: link.name.clone(),
             joint: link.joint.clone(),
-            parent: parent(source, table, i)?,
+            parent,
             motion: match link.motion {
                 Motion::Revolute => JointMotion::Revolute,
                 Motion::Prismatic => JointMotion::Prismatic,
                 Motion::Fixed => JointMotion::Fixed,
             },
-            axis: link.axis.unwrap_or([0.0, 0.0, 1.0]),
+            axis: link.axis(),
             rotation: rotation(link.rpy),
-            translation: link.origin,
+            translation: (link.origin).unwrap_or_else(|| parent.map_or([0.0; 3], |p| table.link[p].end())),
             inertia: inertia(source, link, i)?,
             limits: link.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]),
         });
     }
     if let Some(load) = load {
-        links.push(load_link(source, load, &links)?);
+        links.push(load_link(source, load, &table.link)?);
     }
     Ok(ChainParameters {
         base_name: BASE.to_owned(),
@@ -275,8 +284,8 @@ fn inertia(source: &Source, link: &LinkTable, i: usize) -> Result<Option<LinkIne
     }
 }
 
-/// The load, as a link that is fixed to the link it names, or to the last one.
-fn load_link(source: &Source, load: Load, links: &[ChainLink]) -> Result<ChainLink, ArmError> {
+/// The load, as a link that is fixed to the link it names, else to the last.
+fn load_link(source: &Source, load: Load, links: &[LinkTable]) -> Result<ChainLink, ArmError> {
     let carrier = match &load.link {
         None => links.len().checked_sub(1),
         Some(name) => match links.iter().position(|link| link.name == *name) {
@@ -284,6 +293,7 @@ fn load_link(source: &Source, load: Load, links: &[ChainLink]) -> Result<ChainLi
             None => return Err(source.value("load.link", format!("there is no link '{name}'"))),
         },
     };
+    let end = carrier.map_or([0.0; 3], |i| links[i].end());
     let moments = load.inertia.unwrap_or([POINT, POINT, POINT, 0.0, 0.0, 0.0]);
     Ok(ChainLink {
         name: "load".to_owned(),
@@ -293,7 +303,7 @@ fn load_link(source: &Source, load: Load, links: &[ChainLink]) -> Result<ChainLi
         axis: [0.0, 0.0, 1.0],
         rotation: rotation([0.0; 3]),
         translation: [0.0; 3],
-        inertia: Some(body(load.mass, load.com, moments)),
+        inertia: Some(body(load.mass, load.com.unwrap_or(end), moments)),
         limits: [f64::NEG_INFINITY, f64::INFINITY],
     })
 }
@@ -309,23 +319,19 @@ fn body(mass: f64, com: [f64; 3], [xx, yy, zz, xy, xz, yz]: [f64; 6]) -> LinkIne
     }
 }
 
-/// The drives of the joints that move, each with the number of its link.
-fn drives(source: &Source, links: &[LinkTable]) -> Result<Vec<(usize, ChainDrive)>, ArmError> {
+/// The drives of the joints that move.
+fn drives(source: &Source, links: &[LinkTable]) -> Result<Vec<ChainDrive>, ArmError> {
     let mut drives = Vec::new();
     for (i, link) in links.iter().enumerate() {
-        let key = |name: &str| key(i, &format!("drive{name}"));
-        let fixed = matches!(link.motion, Motion::Fixed);
-        if fixed {
-            if link.drive.is_some() {
-                return Err(source.value(key(""), "a fixed joint has no drive; leave this table out"));
+        let key = key(i, "drive");
+        match (&link.motion, &link.drive) {
+            (Motion::Fixed, None) => {}
+            (Motion::Fixed, Some(_)) => {
+                return Err(source.value(key, "a fixed joint has no drive; leave this table out"));
             }
-            continue;
+            (_, None) => drives.push(ChainDrive::default()),
+            (_, Some(table)) => drives.push(driven(source, table, &key)?),
         }
-        let drive = match &link.drive {
-            None => ChainDrive::default(),
-            Some(table) => driven(source, table, &key(""))?,
-        };
-        drives.push((i, drive));
     }
     Ok(drives)
 }
@@ -346,5 +352,6 @@ fn driven(source: &Source, table: &toml::Table, key: &str) -> Result<ChainDrive,
         kind,
         joint: JointParameters::from(&joint),
         gear_ratio: ratio.unwrap_or(1.0),
+        passive: false,
     })
 }

@@ -45,6 +45,12 @@ pub(super) fn pairs<'de, D: Deserializer<'de>>(values: D) -> Result<Option<Vec<[
     pairs.into_iter().map(array).collect::<Result<_, _>>().map(Some)
 }
 
+/// A list of triples of numbers.
+pub(super) fn triples<'de, D: Deserializer<'de>>(values: D) -> Result<Option<Vec<[f64; 3]>>, D::Error> {
+    let triples = Vec::<Vec<f64>>::deserialize(values)?;
+    triples.into_iter().map(array).collect::<Result<_, _>>().map(Some)
+}
+
 /// The six numbers of a friction.
 pub(super) fn friction<'de, D: Deserializer<'de>>(values: D) -> Result<Option<Friction>, D::Error> {
     list(values).map(|g| Some(Friction(g)))

@@ -1,0 +1,82 @@
+//! What a chain and a flexible arm have in common for a run.
+
+use std::ops::ControlFlow;
+
+use flexure::manipulator::chain::{Base, ChainSimulation, chain_columns, simulate_chain_watched};
+use flexure::manipulator::flexible_arm::{flexible_arm_columns, simulate_flexible_arm_watched};
+use flexure::{Record, Result};
+use flexure_io::arm::ChainFile;
+
+/// A chain or a flexible arm that is run.
+pub struct Machine(pub ChainFile);
+
+impl Machine {
+    /// The joints that move, and whether each has a motor behind a spring.
+    pub fn joints(&self) -> Vec<(&str, bool)> {
+        match &self.0 {
+            ChainFile::Chain(chain) => {
+                let names = chain.chain().joints().iter().map(String::as_str);
+                names.zip(chain.flexible()).collect()
+            }
+            ChainFile::FlexibleArm(arm) => arm.joints(),
+        }
+    }
+
+    /// The names of the joints on which torques act.
+    pub fn driven(&self) -> Vec<&String> {
+        match &self.0 {
+            ChainFile::Chain(chain) => chain.driven(),
+            ChainFile::FlexibleArm(arm) => arm.driven(),
+        }
+    }
+
+    /// The columns of its record.
+    pub fn columns(&self) -> Vec<String> {
+        match &self.0 {
+            ChainFile::Chain(chain) => chain_columns(chain),
+            ChainFile::FlexibleArm(arm) => flexible_arm_columns(arm),
+        }
+    }
+
+    /// Whether its base floats.
+    pub fn free_base(&self) -> bool {
+        match &self.0 {
+            ChainFile::Chain(chain) => chain.chain().base() == Base::Free,
+            ChainFile::FlexibleArm(arm) => arm.free_base(),
+        }
+    }
+
+    /// At which values of a state the joints and the motors begin.
+    pub fn places(&self) -> (usize, usize) {
+        match &self.0 {
+            ChainFile::Chain(chain) => {
+                let positions = chain.chain().positions();
+                (positions - chain.chain().joints().len(), positions)
+            }
+            ChainFile::FlexibleArm(arm) => (arm.first(), arm.coordinates()),
+        }
+    }
+
+    /// A run from rest, with all joints at zero.
+    pub fn from_rest(&self, duration: f64, sample_time: f64) -> Result<ChainSimulation> {
+        match &self.0 {
+            ChainFile::Chain(chain) => ChainSimulation::new(chain, duration, sample_time),
+            ChainFile::FlexibleArm(arm) => {
+                ChainSimulation::from_state(vec![0.0; arm.dimension()], duration, sample_time)
+            }
+        }
+    }
+
+    /// Its record.
+    pub fn simulate(
+        &self,
+        torques: &[&[f64]],
+        options: &ChainSimulation,
+        watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
+    ) -> Result<Record> {
+        match &self.0 {
+            ChainFile::Chain(chain) => simulate_chain_watched(chain, torques, options, watch),
+            ChainFile::FlexibleArm(arm) => simulate_flexible_arm_watched(arm, torques, options, watch),
+        }
+    }
+}
