@@ -58,10 +58,10 @@ pub fn exact(value: f64) -> String {
 /// let names: Vec<String> = (0..1000).map(|i| format!("c{i}")).collect();
 /// assert!(flexure::text::list(&names).ends_with("c18, c19 and 980 more"));
 /// ```
-pub fn list(names: &[String]) -> String {
+pub fn list(names: &[impl AsRef<str>]) -> String {
     /// More names than this are only counted.
     const MOST: usize = 20;
-    let shown = names.iter().take(MOST).map(|name| shortened(name));
+    let shown = names.iter().take(MOST).map(|name| shortened(name.as_ref()));
     let shown = shown.collect::<Vec<_>>().join(", ");
     match names.len().saturating_sub(MOST) {
         0 => shown,
