@@ -39,7 +39,7 @@ impl Memory {
         })
     }
 
-    /// The peak resident memory since the start, less the memory at the start; bytes.
+    /// The peak resident memory since the start minus the memory at the start, bytes.
     pub fn peak(self) -> Option<u64> {
         Some(status("VmHWM:")?.saturating_sub(self.before))
     }

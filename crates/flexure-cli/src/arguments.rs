@@ -243,7 +243,7 @@ fn one_of<T: Copy>(text: &str, all: &[T], name: fn(T) -> &'static str) -> Result
     choice.ok_or_else(|| format!("expected one of {}", names()))
 }
 
-/// An estimator by name; the help says of each what it is.
+/// An estimator by name. The help describes each.
 pub fn estimator() -> impl TypedValueParser<Value = EstimatorName> {
     let values = EstimatorName::ALL.map(|estimator| {
         let columns = match estimator.most_columns() {

@@ -18,7 +18,7 @@ use crate::progress::Progress;
 /// Compare controllers and estimators of a two-link arm with flexible joints, or of a flexible link, in one loop.
 ///
 /// A scenario says what moves, what the controllers know of it, the motion, the loop (sample time, delay, counts, noise, limits) and the
-/// controllers. The result is a table with a row a controller; a record of a run can be identified from, as any other.
+/// controllers. The result is a table with a row for each controller. The record of a run can be used for identification like any other.
 #[derive(clap::Args)]
 #[command(group(ArgGroup::new("source").required(true).args(["scenario", "preset"])))]
 #[command(after_help = "Examples:\n  flexure control --preset square --report square.html\n  \

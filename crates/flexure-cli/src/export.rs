@@ -33,7 +33,7 @@ pub struct Arguments {
     /// The format.
     #[arg(long, value_name = "FORMAT", value_parser = arguments::named::<Format>())]
     to: Format,
-    /// Write it to this file or into this folder, where it is called by its name. C gets a header beside it.
+    /// Write it to this file or into this folder, where it is called by its name. C also gets a header file.
     #[arg(short = 'o', long = "out", value_name = "OUT")]
     out: PathBuf,
     /// The name of the functions, the class or the FMU: an identifier. Without it, the name of the file.

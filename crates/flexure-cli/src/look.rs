@@ -23,7 +23,7 @@ const LOOKED_AT: usize = 300_000;
 ///
 /// Every column has its range, missing samples, outliers, levels, steps of rounding, standstill at an extreme and power spectrum. The time has
 /// its gaps and jitter. Every pair of columns is tested: does one follow the other, and after how many samples? A record is CSV, columns
-/// between spaces, Parquet, MAT, HDF5, or a topic of a ROS 2 bag. Of a bag with several topics, the topics and joints are listed.
+/// between spaces, Parquet, MAT, HDF5, or a topic of a ROS 2 bag. If a bag has several topics, the topics and joints are listed.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  flexure look record.csv --report look.html")]
 pub struct Arguments {
@@ -98,7 +98,7 @@ fn list_topics(arguments: &Arguments, error: anyhow::Error) -> Result<()> {
         let has = joint.is_none_or(|joint| topic.joints.contains(joint));
         topic.problem.is_none() && topic.messages > 0 && has
     });
-    // Joints first, whatever their topic is called.
+    // Joints come first, for any name of their topic.
     let first = can_be_read.min_by_key(|topic| topic.joints.is_empty());
     let next = first.map(|topic| {
         let words = [

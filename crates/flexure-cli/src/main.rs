@@ -80,7 +80,7 @@ enum Command {
     Man(help::ManualArguments),
 }
 
-/// The most threads, whatever `RAYON_NUM_THREADS` says.
+/// The most threads, even if `RAYON_NUM_THREADS` asks for more.
 const MOST_THREADS: usize = 1024;
 
 /// Makes the threads of all computations; where the system allows none, the main thread computes alone.

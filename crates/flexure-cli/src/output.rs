@@ -48,7 +48,7 @@ fn write_all(out: &mut impl Write, lines: &str) -> Result<()> {
 /// The longest message, characters.
 const LONGEST: usize = 4000;
 
-/// A message that is safe for a terminal: short and without control codes, whatever a file contains.
+/// A message that is safe for a terminal: short and without control codes, even if a file contains such codes.
 fn message(text: &str) -> String {
     let text = readable(text);
     match text.char_indices().nth(LONGEST) {

@@ -22,9 +22,9 @@ const STEPS: &str = "Steps, in their order";
 
 /// Cut, resample, filter, clean or merge records.
 ///
-/// Reads one or several files, and writes one record with the time in s as column 't'. Says what was done, a line a step. The steps
-/// have one order, whatever the order of the options: keep, cut, convert, outliers, merge and resample, fill, low-pass, means and trends.
-/// Several files are merged at the instants of the first; they are resampled where their instants differ.
+/// Reads one or several files, and writes one record with the time in s as column 't'. Says what was done, one line for each step. The
+/// steps have a fixed order, whatever the order of the options: keep, cut, convert, outliers, merge and resample, fill, low-pass, means and
+/// trends. Several files are merged at the instants of the first; they are resampled where their instants differ.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  flexure prepare record.csv --cut-samples 100: --outliers y --fill 3 -o clean.csv\n  flexure prepare record.csv --sample-time 0.01 --resample 0.02 --hold u --remove-mean y -o slow.csv"

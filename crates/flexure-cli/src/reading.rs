@@ -37,16 +37,16 @@ pub struct Reading {
     /// Leave out N lines before the table.
     #[arg(long, value_name = "N")]
     skip_lines: Option<u64>,
-    /// The column of the sample instants; by default the one called t, time, timestamp or alike ("Time [s]", time_ms).
+    /// The column of the sample instants; by default the one called t, time, timestamp or similar ("Time [s]", time_ms).
     #[arg(long, value_name = "COLUMN")]
     time: Option<String>,
     /// The format of time stamps that are not ISO 8601, for example "%d.%m.%Y %H:%M:%S%.f".
     #[arg(long, value_name = "FORMAT")]
     time_format: Option<String>,
-    /// Of a ROS 2 bag: the topic; it need not be given where only one has numbers, or the joint. Of an HDF5 file: the group.
+    /// For a ROS 2 bag: the topic. It is not needed if only one topic has numbers, or the joint. For an HDF5 file: the group.
     #[arg(long, value_name = "NAME")]
     topic: Option<String>,
-    /// Of a ROS 2 bag: the joint, whose columns then are position, velocity and effort.
+    /// For a ROS 2 bag: the joint. Its columns are position, velocity and effort.
     #[arg(long, value_name = "NAME")]
     pub joint: Option<String>,
     /// The most memory that the record may take, for example 8GiB; by default 4GiB, or a twentieth of the free memory where that is less.

@@ -221,7 +221,7 @@ fn constants(arm: &Arm, file: &ArmFile, steps: u64) -> minijinja::Value {
     let motor = parameters.joints.map(|joint| joint.motor_inertia);
     let coupling = if parameters.parts.coupling { motor[1] } else { 0.0 };
     let geared = rigid && parameters.parts.rotors;
-    // What is added to the links' inertia: the inertia of geared rotors, or less the coupling with a motor that turns with the link.
+    // The addition to the links' inertia: the inertia of geared rotors, or minus the coupling with a motor that turns with the link.
     let diagonal = match (geared, !rigid && free[1]) {
         (true, _) => motor.map(|j| format!(" + {j:?}")),
         (_, true) => [format!(" - {coupling:?}"), String::new()],

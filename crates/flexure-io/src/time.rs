@@ -182,7 +182,7 @@ impl RecordFile {
             Some(name) => vec![name],
             None => self.record.names().iter().map(String::as_str).filter(is_time).collect(),
         };
-        // Time stamps are instants whatever their column is called.
+        // Time stamps are instants under any column name.
         let stamps = || self.origins.iter().map(|(name, _)| name.as_str());
         let names = match names.is_empty() {
             true => stamps().filter(|name| !in_use.contains(name)).collect(),

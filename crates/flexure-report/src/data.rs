@@ -224,7 +224,7 @@ pub struct LinearPart {
     pub sample_time: Option<f64>,
     /// Impulse response of the fitted transfer function, one value a sample.
     pub impulse: Vec<f64>,
-    /// The unit of the impulse and the step response: what leaves the block per unit of what enters it; may be empty.
+    /// The unit of the impulse and the step response: the unit of the block's output over that of its input. It may be empty.
     pub response_unit: String,
     /// The correlation estimate of the impulse response that it was fitted to, or empty.
     pub impulse_estimate: Vec<f64>,

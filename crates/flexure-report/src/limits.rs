@@ -1,4 +1,4 @@
-//! How much of the data the page carries, so that it opens quickly whatever the record's length.
+//! How much of the data the page carries, so that it opens quickly for records of any length.
 //!
 //! A signal no longer than its limit is embedded sample by sample and can be zoomed down to single samples. A longer one
 //! is reduced to the minimum and the maximum of equal buckets of samples, in their order of occurrence, two points a

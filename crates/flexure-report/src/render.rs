@@ -35,8 +35,8 @@ const STYLES: [&str; 5] = [
 
 const UPLOT: &str = include_str!("../assets/vendor/uplot/uPlot.iife.min.js");
 
-/// The scripts that all pages share, in the order in which they build on one another; a page's own follow, all in one
-/// function scope.
+/// The scripts that all pages share, in the order in which they build on one another. The page's own scripts follow. All have one function
+/// scope.
 const SHARED: [&str; 10] = [
     include_str!("../assets/format.js"),
     include_str!("../assets/theme.js"),

@@ -188,7 +188,7 @@ pub struct Fleet<'a> {
     pub results: &'a Path,
     /// What distinguishes machines.
     pub by: &'a str,
-    /// All that the results depend on, besides the records.
+    /// Everything except the records on which the results depend.
     pub asked: &'a [String],
 }
 

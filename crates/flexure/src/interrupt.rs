@@ -130,8 +130,8 @@ impl Interrupt {
 
     /// Does `work` on this thread; it ends soon when asked to stop. Inside, another `watch` replaces this one.
     ///
-    /// The threads of rayon's pools take work from each other: there, the loops do not ask, and `work` runs to its end;
-    /// but see [`watch_alone`](Self::watch_alone).
+    /// The threads of rayon's pools take work from each other: there, the loops do not check, and `work` runs to its end; but see
+    /// [`watch_alone`](Self::watch_alone).
     ///
     /// # Errors
     /// [`Error::Stopped`] if it was asked to stop before it ended, whatever its result.
@@ -140,7 +140,7 @@ impl Interrupt {
     }
 
     /// As [`watch`](Self::watch), on a thread of a rayon pool that has no other work until this returns: all jobs that the thread takes
-    /// from others belong to `work`, so the loops ask there too.
+    /// from others belong to `work`, so the loops check there too.
     ///
     /// For a forked process, in which the threads of rayon's global pool do not exist:
     ///

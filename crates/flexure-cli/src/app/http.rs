@@ -42,7 +42,7 @@ impl Request {
     }
 }
 
-/// A request's body: what came with the head, and then what comes.
+/// A request's body: the part that came with the head, and then the rest.
 pub struct Body {
     stream: TcpStream,
     begun: io::Cursor<Vec<u8>>,
@@ -129,7 +129,7 @@ fn reason(status: u16) -> &'static str {
     }
 }
 
-/// Answers until the process ends; every connection on a thread of its own.
+/// Answers until the process ends. Every connection has its own thread.
 pub fn serve(listener: &TcpListener, answer: &(dyn Fn(&mut Request) -> Answer + Sync)) {
     let open = AtomicUsize::new(0);
     std::thread::scope(|scope| {

@@ -1,7 +1,7 @@
 //! `flexure app`: the commands in a browser.
 //!
-//! A server on this machine alone: it listens on 127.0.0.1, answers only under a path that nobody can guess, and only what its own page
-//! asks for. Every command is this program as a child process, which can be cancelled and takes no other command with it.
+//! The server is for this machine only. It listens on 127.0.0.1, answers only under a path that nobody can guess, and only requests of its
+//! own page. Every command is this program as a child process, which can be cancelled and takes no other command with it.
 
 mod http;
 mod jobs;

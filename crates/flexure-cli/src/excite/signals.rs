@@ -11,7 +11,7 @@ const APART: u64 = 0x9E37_79B9_7F4A_7C15;
 
 /// The signals of both joints; zero where a joint is not free.
 ///
-/// A chirp rises at joint 1 while it falls at joint 2, so that the joints never move alike.
+/// A chirp rises at joint 1 while it falls at joint 2, so that the joints never move in the same way.
 pub fn unit(rows: usize, free: [bool; 2], arguments: &Arguments) -> Result<[Vec<f64>; 2]> {
     let one = |joint: usize| -> Result<Vec<f64>> {
         if !free[joint] {

@@ -50,8 +50,8 @@ use log::{Columns, Names, Number};
 pub struct Arguments {
     /// The record.
     record: PathBuf,
-    /// The column of the torque (or force, current, voltage: see --torque-constant), or of those of both joints: tau1,tau2. Of a
-    /// bag's joint it is the effort where nothing else is said.
+    /// The column of the torque (or force, current, voltage: see --torque-constant), or of those of both joints: tau1,tau2. For a joint of
+    /// a bag, the default is the effort.
     #[arg(long, value_name = "COLUMN", required_unless_present = "joint")]
     torque: Option<String>,
     /// The column of a rigid axis's position; of a bag's joint it need not be named.

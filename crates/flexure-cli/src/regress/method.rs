@@ -11,7 +11,7 @@ use crate::tuning;
 /// Most points of a grid over all columns.
 const MOST_POINTS: f64 = 1e6;
 
-/// The columns of the result besides those of x.
+/// The columns of the result in addition to those of x.
 const RESULT: [&str; 3] = ["y", "lower", "upper"];
 
 /// The estimator that the options ask for.

@@ -35,8 +35,8 @@ pub struct Arguments {
     /// The column to estimate.
     #[arg(long, value_name = "COLUMN")]
     y: String,
-    /// Estimator, by default local-linear. Of one column its bandwidth may vary along x where that predicts clearly better (local-bandwidth),
-    /// unless --bandwidth, --select or another option asks for one bandwidth.
+    /// Estimator, by default local-linear. With one column its bandwidth may vary along x if that predicts clearly better
+    /// (local-bandwidth), unless --bandwidth, --select or another option asks for one bandwidth.
     #[arg(long, value_name = "NAME", value_parser = arguments::estimator())]
     estimator: Option<EstimatorName>,
     /// Bandwidth of an estimator with a kernel, in the unit of x: one, or one a column.
@@ -73,7 +73,7 @@ pub struct Arguments {
     /// A band that holds at all points of the curve at once.
     #[arg(long)]
     simultaneous: bool,
-    /// Seed of whatever is random: bands and networks.
+    /// Seed of all random numbers: bands and networks.
     #[arg(long, value_name = "N", default_value = "1")]
     seed: u64,
     /// Points of the curve along each column of x, evenly over the data's range; by default 301 for one column, fewer for

@@ -226,7 +226,7 @@ impl Graph {
     /// The state in which the loop rests under a constant input, at the first sample; zero if it does not come to rest.
     fn rest(&mut self, model: &FeedbackModel, data: &LoopData, u: &str, started: &str) -> String {
         let n = model.order();
-        // The body of a Loop has operations of its own.
+        // The body of a Loop has its own operations.
         let outer = std::mem::take(&mut self.nodes);
         let [x, going, settled] = ["x", "going", "settled"].map(|role| format!("{role}{}", self.names));
         let step = self.loop_step(model, data, &x, u);

@@ -67,10 +67,10 @@ pub enum PhaseChoice {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SweepChoice {
-    /// By the same number of Hz a second.
+    /// By the same number of Hz per second.
     #[default]
     Linear,
-    /// By the same factor a second.
+    /// By the same factor per second.
     Logarithmic,
 }
 
@@ -230,7 +230,7 @@ impl Excitation {
     pub(super) fn samples(&self, index: usize, sampling: &Sampling) -> flexure::Result<Vec<f64>> {
         let n = sampling.rows();
         let time = sampling.sample_time();
-        // Golden-ratio increments keep the joints' seeds apart whatever the file's seed is.
+        // Golden-ratio increments keep the joints' seeds apart for any seed of the file.
         let seed = self
             .seed
             .unwrap_or(1)

@@ -34,7 +34,7 @@ impl RecordMark {
         })
     }
 
-    /// Whether both mark the same samples, whatever the files are called.
+    /// Whether both mark the same samples. The names of the files do not matter.
     pub fn same_samples(&self, other: &RecordMark) -> bool {
         (self.samples, self.crc32) == (other.samples, other.crc32)
     }

@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::record_file::Other;
 use crate::units::split_units;
 
-/// Some columns of a Parquet file, row group by row group. Memory holds only one page of every column, whatever the file's length.
+/// Some columns of a Parquet file, row group by row group. Memory holds only one page of every column, for files of any length.
 ///
 /// ```
 /// # let folder = std::env::temp_dir().join(format!("flexure-parts-{}", std::process::id()));

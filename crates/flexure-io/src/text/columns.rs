@@ -118,7 +118,7 @@ pub(super) fn is_missing(field: &str) -> bool {
     field.is_empty() || MISSING.contains(&field)
 }
 
-/// The number that `field` is, whatever its decimal sign.
+/// The number in `field`, with either decimal sign.
 pub(super) fn readable_number(field: &str, options: &ReadOptions) -> Option<f64> {
     options
         .decimal

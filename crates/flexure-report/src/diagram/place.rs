@@ -141,7 +141,7 @@ impl Canvas {
         if has_fork {
             self.fork(along, across);
         }
-        // The parts end side by side: shorter ones wait for the signal, so that their lines to the sum are alike.
+        // The parts end side by side: shorter ones start later, so that their lines to the sum look the same.
         for (part, line) in parts.iter().zip(self.places(parts, across)) {
             let start = centre + SUM - TURN - 2.0 * SUM - self.span(part).along;
             if has_fork {

@@ -6,7 +6,7 @@ use flexure_report::data::{ArmMotion, Axis, ControlPage, Fact, Signal, Table, Ti
 use super::outcome::short;
 use super::{Outcome, Row};
 
-/// Controllers whose paths are drawn: more than four lines cannot be told apart.
+/// The most controllers whose paths are drawn: more than four lines cannot be distinguished.
 const DRAWN: usize = 4;
 
 impl Outcome {

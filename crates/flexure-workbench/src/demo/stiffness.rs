@@ -125,7 +125,7 @@ struct BothAngles {
     bandwidths: Vec<f64>,
     /// Relative distance from the truth over all deflections and places.
     error: f64,
-    /// The root mean square over deflections and places of the torque less its mean over the places, relative.
+    /// The relative root mean square, over deflections and places, of the torque minus its mean over the places.
     change: f64,
 }
 

@@ -1,6 +1,6 @@
 //! `flexure prepare`: one or several files in, a record and a line about each step out.
 //!
-//! The steps have one order, whatever the order of the options:
+//! The steps have a fixed order, which does not depend on the order of the options:
 //!
 //! 1. **keep** some columns, or all;
 //! 2. **cut**: samples that are cut off do not influence the later steps;

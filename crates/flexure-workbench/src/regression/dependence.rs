@@ -23,7 +23,7 @@ const WIDER: f64 = 1.5;
 /// window of at most this many rows to either side shows that the fit follows the noise.
 const FEW_ROWS: f64 = 5.0;
 /// Rows this far apart show whether the noise depends on itself: their second differences are then [`ROUGHER`] times larger than those of
-/// neighbours. Independent noise makes both alike; an autoregression of 0.5 makes the far ones 1.5 times larger.
+/// neighbours. Independent noise makes both equal; an autoregression of 0.5 makes the far ones 1.5 times larger.
 const FAR_APART: usize = 5;
 /// See [`FAR_APART`].
 const ROUGHER: f64 = 1.3;

@@ -56,7 +56,7 @@ impl Regression {
         Ok(Regression { estimator, fit })
     }
 
-    /// What to know before trusting the fit, whatever points it is evaluated at; a sentence each.
+    /// Warnings about the fit that hold for all points of evaluation, one sentence each.
     pub fn warnings(&self, data: &RegressionData, spelling: Spelling) -> flexure::Result<Vec<String>> {
         let subject = Subject {
             regression: self,

@@ -9,7 +9,7 @@ const FOLDS: usize = 10;
 
 /// The error of predicting rows from the others.
 pub struct Validation {
-    /// 1 less the mean squared error over the variance of y.
+    /// 1 - (mean squared error)/(variance of y).
     pub r_squared: f64,
     /// The root of that mean squared error.
     pub rms: f64,

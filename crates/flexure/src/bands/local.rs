@@ -129,7 +129,7 @@ impl LocalPolynomial {
         [0, 1, 2].map(|k| p[k] * self.per_norm[k])
     }
 
-    /// The fitted value at `x`, less the ordinates' mean.
+    /// The fitted value at `x` minus the ordinates' mean.
     pub fn value(&self, x: f64) -> f64 {
         dot(self.coefficients, self.basis(x))
     }

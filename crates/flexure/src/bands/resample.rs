@@ -141,7 +141,7 @@ pub(super) struct Probe {
 
 /// The results of the probes.
 pub(super) struct Known {
-    /// By how much the noise is greater than the residuals.
+    /// The factor by which the noise is greater than the residuals.
     pub widening: f64,
     /// Degrees of freedom of the standard error at each of the band's points.
     pub freedom: Vec<f64>,

@@ -331,7 +331,7 @@ mod tests {
         FlexibleLink::new(parameters).unwrap()
     }
 
-    /// A heavy hub clamps the root; one without inertia lets it turn: 15.418 and 49.965 are the squared roots of `tan b = tanh b`, of which two
+    /// A heavy hub clamps the root; one without inertia lets it turn: 15.418 and 49.965 are the squared roots of `tan b = tanh b`. Two
     /// modes give the first closely and the second roughly, from above.
     #[test]
     fn frequencies_are_those_of_beams() {
@@ -394,7 +394,7 @@ mod tests {
         (worst, law)
     }
 
-    /// A payload that the law was not told of: it learns its inertia, where the same gains without adaptation stay off.
+    /// A payload unknown to the law. The law learns its inertia; the same gains without adaptation keep an error.
     #[test]
     fn an_unknown_payload_is_learnt() {
         let loaded = link(&FlexibleLinkParameters {
@@ -427,7 +427,7 @@ mod tests {
         }
     }
 
-    /// On a link that hardly bends the function falls, but for sampling.
+    /// On a link that hardly bends the function falls, except for the effect of sampling.
     #[test]
     fn the_lyapunov_function_falls_on_a_stiff_link() {
         let stiff = link(&FlexibleLinkParameters {

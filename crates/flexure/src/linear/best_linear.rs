@@ -126,7 +126,7 @@ impl BestLinearApproximation {
     }
 }
 
-/// The period in samples of a signal that repeats itself: the shortest one of which the signal has at least two whole periods. `None` if it
+/// The period in samples of a signal that repeats itself: the shortest period that fits at least twice into the signal. `None` if it
 /// does not repeat itself, or is constant.
 ///
 /// The repetition may be exact, or up to noise with a thousandth of its variance.

@@ -20,7 +20,7 @@ pub struct Clock {
     pub backwards: Vec<usize>,
     /// Instants that are missing or infinite.
     pub missing: usize,
-    /// The last instant less the first.
+    /// The last instant minus the first.
     pub duration: f64,
 }
 

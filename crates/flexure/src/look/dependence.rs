@@ -124,7 +124,7 @@ pub(super) fn dependences(signals: &[(usize, &[f64])]) -> Vec<Dependence> {
     found
 }
 
-/// The time scales of a record. Of a long record, or one with many pairs, only the middle is used.
+/// The time scales of a record. If the record is long or has many pairs, only its middle is used.
 fn scales(samples: usize, pairs: usize) -> Vec<TimeScale> {
     let most = (MOST_WORK / pairs.max(1)).clamp(16 * FEWEST_BLOCKS, MOST_SAMPLES);
     let scale = |power| {

@@ -8,7 +8,7 @@ pub(super) const FEWEST_SAMPLES: usize = 50;
 /// Most values of the grid of a quantised column within its range. Converters have up to 24 bits, but single precision, in which
 /// many loggers store, does not distinguish a finer grid from rounding.
 pub(super) const MOST_STEPS: f64 = (1 << 20) as f64;
-/// A value is on the grid if its distance from it, in steps, is at most this. By chance a fifth of all values are.
+/// A value is on the grid if its distance from it, in steps, is at most this. A fifth of all values are so by chance.
 pub(super) const ON_GRID: f64 = 0.1;
 /// A column is quantised if at least this share of the samples is on a grid. Convention: some samples may have been repaired.
 pub(super) const QUANTISED: f64 = 0.98;

@@ -45,7 +45,7 @@ pub(super) fn relations(signals: &[(usize, &[f64])], sample_time: Option<f64>) -
     let centred: Vec<Vec<f64>> = signals.iter().map(|s| without_mean(s.1)).collect();
     let mut found = Vec::new();
     for (i, &(column, _)) in signals.iter().enumerate() {
-        // If several columns are alike, a derivative belongs to the one that is nearest to its integral.
+        // If several columns are similar, a derivative belongs to the one that is nearest to its integral.
         let mut nearest: Option<(f64, ColumnRelation)> = None;
         for (j, &(of, _)) in signals.iter().enumerate().filter(|(j, _)| *j != i) {
             if let Some(Proportion { factor, left }) = proportion(&centred[j], &centred[i])
@@ -110,7 +110,7 @@ fn without_mean(samples: &[f64]) -> Vec<f64> {
     samples.iter().map(|v| v - centre).collect()
 }
 
-/// The samples less the straight line through them (least squares); zeros if only rounding is left.
+/// The samples minus the straight line through them (least squares); zeros if only rounding is left.
 fn without_line(samples: &[f64]) -> Vec<f64> {
     let centred = without_mean(samples);
     let middle = (samples.len() as f64 - 1.0) / 2.0;

@@ -103,7 +103,7 @@ impl BandwidthChoice {
 ///
 /// A point of weight w counts as w points of weight one. A point of weight zero does not count. The plug-in and the bootstrap rules take
 /// the weights as inversely proportional to the noise's variance; the factor does not matter. The result does not depend on the number of
-/// threads, nor, except for the rules on dependent errors, on the order of the points.
+/// threads. Only the rules for dependent errors depend on the order of the points.
 ///
 /// The default gap of [`BandwidthRule::HBlock`] is one less than the first lag at which the autocorrelation of the ordinates about an
 /// oversmoothed local line is within $\pm 1.96/\sqrt n$. The window of that line is a tenth of the data's extent on either side.

@@ -137,7 +137,7 @@ fn mix(v: u64) -> u64 {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint<S> {
     study: Study<S>,
-    /// By setting, then n.
+    /// The results by setting, then n.
     done: BTreeMap<usize, BTreeMap<usize, RatePoint>>,
 }
 

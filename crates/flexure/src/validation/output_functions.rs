@@ -1,12 +1,12 @@
 //! Does the error follow from nonlinear functions of the output's past?
 //!
 //! Where the nonlinearity lies in a loop, as friction does, or has a memory of its own, the error of a chain of blocks depends on the
-//! state of the system. That hardly shows in single lags of the input; it does in the output itself. The test is one of added variables. $v
-//! = A(q) e$ is the error after the autoregression that whitens it. In
+//! state of the system. That hardly shows in single lags of the input; it does in the output itself. The test is one of added variables.
+//! Let $v = A(q) e$ be the error after the autoregression that whitens it. In
 //! $$ v_k = c + \sum_{i=1}^{p} \alpha_i e_{k-i} + \sum_{i=0}^{m} \beta_i u_{k-i} + \sum_{i=1}^{m} \gamma_i y_{k-i} + \sum_j \theta_j \varphi_j + w_k $$
 //! the functions $\varphi_j$ of $y_{k-1}$ and of $y_{k-1} - y_{k-2}$ explain nothing if the error is autoregressive noise, because they are
-//! known before $v_k$ (a nonlinear autoregression against a linear one; Luukkonen, Saikkonen and Terasvirta 1988). They are hinges $\max(0,
-//! z - \kappa)$ at quantiles $\kappa$ of their argument.
+//! known before $v_k$ (a nonlinear autoregression against a linear one; Luukkonen, Saikkonen and Terasvirta 1988). They are hinges
+//! $\max(0, z - \kappa)$ at quantiles $\kappa$ of their argument.
 
 use super::regression::Regression;
 use super::test::{Observed, ResidualTest, TestKind};

@@ -55,7 +55,7 @@ pub struct Lqg {
     nodes: Vec<Node>,
     own_filter: bool,
     deviation: Vector,
-    /// The last torque less the reference's.
+    /// The last torque minus the reference's.
     last: Option<[f64; 2]>,
 }
 

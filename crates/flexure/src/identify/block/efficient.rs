@@ -64,10 +64,10 @@ impl<P: Residuals> Whitened<'_, P> {
     /// For a true model: how much the sum of squared simulation errors may rise from least squares (which ended in `at`) to generalised
     /// least squares; `None` if a Gauss-Newton step already rises by more.
     ///
-    /// The rise is d'Gd, with G = J'J and the estimates' difference d. Its covariance is that of least squares less that of
-    /// the efficient estimate, $\sigma^2 (G^{-1} M G^{-1} - W^{-1})$ with the normal matrices M of the columns coloured as the
-    /// noise and W of the whitened ones. A weighted sum of squares is nearly a chi-squared variable with other degrees of freedom
-    /// times a factor (Satterthwaite 1946).
+    /// The rise is d'Gd, with G = J'J and the estimates' difference d. Its covariance is that of least squares minus that of the efficient
+    /// estimate, $\sigma^2 (G^{-1} M G^{-1} - W^{-1})$ with the normal matrices M of the columns coloured as the noise and W of the
+    /// whitened ones. A weighted sum of squares is nearly a chi-squared variable with other degrees of freedom times a factor
+    /// (Satterthwaite 1946).
     fn largest_rise(&self, at: &[f64]) -> Option<f64> {
         let plain = self.problem.linearise(at);
         let white = self.whitened(&plain);

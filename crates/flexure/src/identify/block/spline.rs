@@ -103,7 +103,7 @@ impl KinkedSpline {
         (0..self.c.len()).map(abscissa).collect()
     }
 
-    /// The same curve in other units: abscissas and values times these factors, the first of which is positive.
+    /// The same curve in other units: abscissas and values times these factors. The first factor is positive.
     pub fn rescaled(&self, abscissa: f64, value: f64) -> KinkedSpline {
         let kink = |k: &Kink| Kink {
             at: k.at * abscissa,

@@ -73,7 +73,7 @@ impl Blocks {
         let input = prepared.inputs[s.input];
         let front_gain = Gain::conventional(&s.front, delay)?;
         let back_gain = Gain::conventional(&s.whole_back(), 0)?;
-        // The scaled front's output is (gain / spread) times the new one's, less the contribution of the input's mean.
+        // The scaled front's output is (gain / spread) times the new one's, minus the contribution of the input's mean.
         let abscissa =
             |x: f64, front: &Rational| x * input.spread / front_gain.value + front.static_gain() * input.mean;
         let offset = output.mean + output.spread * s.offset;

@@ -5,7 +5,7 @@
 //! 1. correlation: the covariances satisfy the Wiener-Hopf equations
 //!    $$ \sum_i k_i\, \mathrm{cov}(m_{n+j-i}, m_n) = \mathrm{cov}(Y_{n+j}, m_n), \quad m_n = m_n(X_n), $$
 //!    whose solution is the impulse response;
-//! 2. regression: the output, less the part that k explains at all other lags, is regressed on the input again.
+//! 2. regression: the output, minus the part that k explains at all other lags, is regressed on the input again.
 //!
 //! No theorem of the paper covers this.
 
@@ -88,7 +88,7 @@ pub(super) fn deconvolve(y: &[f64], m: &[f64], lags: Range<usize>) -> Option<Imp
     })
 }
 
-/// y less the part that the response explains at all lags except `lag`.
+/// y minus the part that the response explains at all lags except `lag`.
 fn less_other_lags(y: &[f64], m: &[f64], k: &[f64], lag: usize) -> Vec<f64> {
     let first = k.iter().position(|&k| k != 0.0).unwrap_or(k.len());
     parallel::numbers(y.len(), |n| {

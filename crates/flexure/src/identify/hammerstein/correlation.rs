@@ -61,7 +61,7 @@ impl ImpulseResponse {
 }
 
 /// cov(Y_{n+j}, psi(X_n)) over cov(m_n(X_n), psi(X_n)), j = 0, ..., `lags`: the impulse response in the scale in which its coefficient
-/// at the lag of the regression is 1. `m` is m_n(X_n) less its mean.
+/// at the lag of the regression is 1. `m` is m_n(X_n) minus its mean.
 pub(super) fn correlate(x: &[f64], y: &[f64], m: &[f64], lags: usize) -> ImpulseResponse {
     let centre = mean(x);
     let joint = m.iter().zip(x).map(|(m, x)| m * (x - centre)).sum::<f64>() / x.len() as f64;

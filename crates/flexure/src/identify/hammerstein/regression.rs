@@ -23,7 +23,7 @@ pub(super) struct NonlinearityEstimate {
     pub parameter: f64,
     /// The cross-validation curve; `None` if the parameter was given.
     pub scores: Option<Scores>,
-    /// m_n(X_n) less its mean.
+    /// m_n(X_n) minus its mean.
     pub centred: Vec<f64>,
     /// The mean of m_n(X_n).
     pub mean: f64,

@@ -271,7 +271,7 @@ mod tests {
     #[test]
     fn monomials_are_all_products_once() {
         let all = monomials(3, 3);
-        // (3 + 3 choose 3) less the constant.
+        // (3 + 3 choose 3) minus the constant.
         assert_eq!(all.len(), 19);
         let mut sorted: Vec<&[usize]> = all.iter().map(|t| &t.factors[..]).collect();
         sorted.sort();

@@ -64,7 +64,7 @@ pub(super) struct Slopes {
 }
 
 impl Slopes {
-    /// The slopes of functions of which few have a nonzero slope at a sample: `at(i)` has those at sample i.
+    /// The slopes of functions. At a sample only few are not zero: `at(i)` has those at sample i.
     pub fn new<const N: usize>(
         modulation: &Modulation,
         functions: usize,

@@ -1,7 +1,7 @@
 //! Whether a joint's motor and link move relative to each other, beyond the noise and the clock offsets of their encoders.
 //!
-//! To first order, the deflection is that of a spring under the torque less the motor's inertia torque, plus the effects of an offset sigma
-//! of the encoders' clocks and of their noise:
+//! To first order, the deflection is that of a spring under the torque minus the motor's inertia torque, plus the effects of an offset
+//! sigma of the encoders' clocks and of their noise:
 //!
 //! $$ d = c\,\tau - c J_m\, \ddot q_m + \sigma\, \dot q + e. $$
 //!

@@ -296,8 +296,8 @@ impl FitProducts {
         }
     }
 
-    /// The square of the right-hand side less the sum of the terms with these factors. The ridge moves the factors a little off the
-    /// minimum, so the formula "square less the part along the terms" would be wrong.
+    /// The square of the difference between the right-hand side and the sum of the terms with these factors. The ridge moves the factors a
+    /// little off the minimum, so the formula "square minus the part along the terms" would be wrong.
     fn cost(&self, factors: &[f64]) -> f64 {
         let (g, right) = (&self.g, self.right);
         let along = (0..self.free).map(|i| {

@@ -49,7 +49,7 @@ pub(super) struct Solution {
     pub residuals: Vec<Lines>,
     /// The weighted sum of squares of the residuals.
     pub squares: f64,
-    /// That sum less the noise of the columns in it; the solution minimises this.
+    /// That sum minus the noise of the columns in it. The solution minimises this.
     pub objective: f64,
 }
 
@@ -146,7 +146,7 @@ impl Equations<'_> {
         })
     }
 
-    /// The right-hand sides less the columns times these unknowns.
+    /// The right-hand sides minus the columns times these unknowns.
     pub fn residuals(&self, x: &[f64]) -> Vec<Lines> {
         let mut residuals = self.right.clone();
         for (column, x) in self.columns.iter().zip(x) {

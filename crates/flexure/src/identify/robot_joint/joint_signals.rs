@@ -24,7 +24,7 @@ pub(super) struct JointSignals<'a> {
     /// The link's velocity at every sample, and its resolution.
     pub v: Vec<f64>,
     pub resolution: f64,
-    /// The torque, less the part for the motor's inertia if that is known.
+    /// The torque, minus the part for the motor's inertia if that is known.
     pub torque: Lines,
     /// The motor's acceleration; `None` if its inertia is known.
     pub motor: Option<Lines>,
@@ -174,8 +174,8 @@ impl<'a> JointSignals<'a> {
         own.chain(shared).collect()
     }
 
-    /// The motor's inertia with an allowance for the noise of the deflection, for a link of this inertia. If both angles accelerate alike,
-    /// the motor's inertia replaces the missing part of the elastic torque.
+    /// The motor's inertia with an allowance for the noise of the deflection, for a link of this inertia. If both angles accelerate
+    /// equally, the motor's inertia replaces the missing part of the elastic torque.
     pub fn motor_inertia_of(&self, estimated: Estimated, link_inertia: f64) -> Estimated {
         estimated
             .or_off_by(link_inertia * self.deflection.attenuation)

@@ -229,7 +229,7 @@ pub const LARGEST_ERROR: f64 = 0.5;
 pub const FAR: f64 = 1.2;
 /// Logarithms of shape parameters farther than this from the estimate are no limits.
 pub const FARTHEST: f64 = 6.0;
-/// Terms are alike if the logarithms of their slopes are nearer than this.
+/// Terms are similar if the logarithms of their slopes are nearer than this.
 pub const ALIKE: f64 = 0.3;
 /// Terms can be distinguished if the standard error of their factor is at most this share of it.
 pub const COLLINEAR: f64 = 0.15;

@@ -230,7 +230,7 @@ fn slope_only(parameters: &mut [Parameter]) {
     }
 }
 
-/// The three slopes of (12) are nearly alike: if its Stribeck part is not well determined, no slope is well determined.
+/// The three slopes of (12) are nearly equal: if its Stribeck part is not well determined, no slope is well determined.
 fn collinear(parameters: &mut [Parameter]) {
     let loose = |p: &Parameter| p.symbol == "g1" && !(p.standard_error < COLLINEAR * p.value.abs());
     let slopes: Vec<f64> = parameters
@@ -248,7 +248,7 @@ fn collinear(parameters: &mut [Parameter]) {
             parameter.identifiable = false;
             parameter.remark = "g1, g2, g3 and g5 make up for each other: the data determine only the curve".to_owned();
         }
-        // For terms that are alike, the profile is that of their sum.
+        // For similar terms, the profile is that of their sum.
         if alike {
             parameter.range = [f64::NAN; 2];
         }

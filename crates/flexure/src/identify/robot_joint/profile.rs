@@ -1,6 +1,6 @@
 //! Intervals of parameters by the likelihood's profile: the other values that fit equally well.
 //!
-//! A standard error follows from the curvature at the minimum. If two terms are nearly alike, very different values fit equally well; or
+//! A standard error follows from the curvature at the minimum. If two terms are nearly equal, very different values fit equally well; or
 //! there may be several minima. A standard error shows neither. Therefore each parameter is moved away step by step, and all others are
 //! fitted again, until the objective has grown by more than chance (Venzon & Moolgavkar 1988).
 

@@ -5,7 +5,7 @@
 //!
 //! 1. the delay, from an equation error with B-splines of the input;
 //! 2. starts of orders 0 to 8: f and G by least squares over B-splines of the input with a common denominator and the dominant product of
-//!    the numerators (Bai 1998); and, for systems whose f hardly bends, the best linear approximation; then g by least squares;
+//!    the numerators (Bai 1998); for systems whose f hardly bends, also the best linear approximation; then g by least squares;
 //! 3. the best of them refined by Levenberg-Marquardt on the simulation error over all parameters of the three blocks, f and g
 //!    cubic splines with breakpoints where they are rough, and kinks on very strong evidence;
 //! 4. pieces of both nonlinearities, poles, numerator coefficients and the delay changed while Schwarz's criterion falls;

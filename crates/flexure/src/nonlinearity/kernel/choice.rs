@@ -198,7 +198,7 @@ impl<'a> Scores<'a> {
         }
     }
 
-    /// The mean of the ordinates nearest to point `i`, less the mean of all.
+    /// The mean of the ordinates nearest to point `i`, minus the mean of all.
     fn alone(&self, i: usize) -> f64 {
         let (tree, mean) = self.tree.get().unwrap_or_else(|| {
             // The tree is made outside the lock of the cell. It is made in parallel, and a thread that waits for it may come here again.

@@ -119,7 +119,7 @@ pub(super) struct Alternation<'a> {
     pub method: &'a RefinedHammerstein,
     /// The autocorrelations from [`input_correlations`].
     pub input: &'a [f64],
-    /// The nonlinearity at the samples, less its mean.
+    /// The nonlinearity at the samples minus its mean.
     pub w: Vec<f64>,
     pub linear: LinearPart,
     /// Whether the linear part's order and delay are kept.
@@ -134,7 +134,7 @@ pub(super) struct Alternation<'a> {
 }
 
 impl<'a> Alternation<'a> {
-    /// The alternation from a signal between the blocks, less its mean, and a linear part.
+    /// The alternation from a linear part and a signal between the blocks, whose mean is subtracted.
     pub fn new(
         cells: &'a Cells,
         method: &'a RefinedHammerstein,

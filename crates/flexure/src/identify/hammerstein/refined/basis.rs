@@ -13,7 +13,7 @@ use crate::sort;
 pub(super) struct Selection {
     pub terms: Vec<Term>,
     pub basis: PiecewiseCubics,
-    /// The coefficients of the basis' functions, the first of which is constant.
+    /// The coefficients of the basis' functions. The first function is constant.
     pub coefficients: Vec<f64>,
 }
 
@@ -32,7 +32,7 @@ impl Selection {
 
 /// Chooses a basis for the regression of the values at the samples `u`, beginning with the terms `start`.
 ///
-/// Three bases are compared by the estimated risk: what they explain, less the cost of their functions:
+/// Three bases are compared by the estimated risk: the part that they explain minus the cost of their functions:
 /// 1. jumps, kinks and cubic knots at searched places, each at the cost of a search;
 /// 2. cubic knots alone at searched places, tried where 1 has jumps or kinks but evenly placed knots are nearly as good: noise may look
 ///    like a kink;

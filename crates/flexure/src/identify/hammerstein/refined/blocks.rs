@@ -19,7 +19,7 @@ pub(super) fn uncounted(memory: usize, length: usize) -> usize {
 /// The fitted samples of all experiments, one after the other.
 pub(super) struct Observed<'a> {
     pub u: &'a [f64],
-    /// The output less its mean; the model's value where it is missing.
+    /// The output minus its mean; the model's value where it is missing.
     pub y: Vec<f64>,
     pub output_mean: f64,
     /// The experiments' samples.
@@ -82,7 +82,7 @@ impl<'a> Observed<'a> {
         }
     }
 
-    /// The squared error of a prediction of y, less the best offset.
+    /// The squared error of a prediction of y after subtraction of the best offset.
     pub fn squares(&self, simulated: &[f64]) -> f64 {
         let (mut n, mut sum, mut squares) = (0.0, 0.0, 0.0);
         for ((y, s), _) in self.y.iter().zip(simulated).zip(&self.counts).filter(|(_, c)| **c) {
@@ -175,12 +175,12 @@ impl Blocks {
         [&[0.0], &self.c[..]].concat()
     }
 
-    /// phi less its mean.
+    /// phi minus its mean.
     pub fn nonlinearity(&self) -> PiecewiseCubics {
         self.basis.combined(&self.coefficients())
     }
 
-    /// phi less its mean, at the samples.
+    /// phi minus its mean, at the samples.
     pub fn signal(&self, u: &[f64]) -> Vec<f64> {
         let phi = self.nonlinearity();
         parallel::numbers(u.len(), |i| phi.value(u[i]))

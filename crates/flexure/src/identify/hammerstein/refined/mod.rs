@@ -305,7 +305,7 @@ impl RefinedHammerstein {
     }
 }
 
-/// The parameters of both blocks: four of the first cubic piece and one more at every breakpoint, less the linear part's scale.
+/// The parameters of both blocks: four of the first cubic piece and one more at every breakpoint, minus the linear part's scale.
 fn parameters(linear: &LinearBlock, breakpoints: usize) -> usize {
     let numerator = linear.system.b().len() - linear.delay();
     linear.order() + numerator + breakpoints + 3

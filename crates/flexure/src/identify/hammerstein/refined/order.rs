@@ -15,7 +15,7 @@ impl RefinedHammerstein {
     /// The linear part with the given order and delay, or with those of the least Schwarz criterion of the whitened prediction error. It
     /// is computed from covariances alone.
     ///
-    /// `w` is the signal between the blocks, less its mean. The delay is searched near `supposed_delay`, and the response is assumed to
+    /// `w` is the signal between the blocks minus its mean. The delay is searched near `supposed_delay`, and the response is assumed to
     /// settle within `memory` lags.
     pub(super) fn choose_linear_part(
         &self,

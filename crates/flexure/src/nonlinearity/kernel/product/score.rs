@@ -17,8 +17,8 @@ const SAMPLES: usize = 200;
 const SHARE: f64 = 1e-3;
 
 impl Product {
-    /// The sums of squared errors over those points `i`, among those of positive weight, for which `scored` is true. `alone`
-    /// returns the estimate, less the mean, at a point that has no other in reach.
+    /// The sums of squared errors over the points `i` of positive weight for which `scored` is true. `alone` returns the estimate, minus
+    /// the mean, at a point that has no other in reach.
     pub fn errors(
         &self,
         degree: Degree,

@@ -283,7 +283,7 @@ fn scaled(u: &mut [f64], x: &[f64], at: f64, per_h: f64) {
 /// The fit at one point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Local<const D: usize> {
-    /// The estimate less the ordinates' mean.
+    /// The estimate minus the ordinates' mean.
     pub value: f64,
     /// The share that an observation of weight 1 at this point would have in the estimate.
     pub leverage: f64,
@@ -319,7 +319,7 @@ impl<const D: usize> Sums<D, 1> {
         self.plane(mean)
     }
 
-    /// By Cholesky's decomposition of the sums about the points' mean.
+    /// The local plane, by Cholesky's decomposition of the sums about the points' mean.
     #[inline(always)]
     fn plane(&self, mean: Local<D>) -> Outcome<D> {
         let per_s0 = mean.leverage;

@@ -36,7 +36,7 @@ struct Pair {
 }
 
 impl Pair {
-    /// The estimate less the mean of all ordinates; NaN without data in reach.
+    /// The estimate minus the mean of all ordinates; NaN without data in reach.
     fn value(self) -> f64 {
         if self.s > 0.0 { self.t / self.s } else { f64::NAN }
     }
