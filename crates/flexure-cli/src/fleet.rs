@@ -18,7 +18,7 @@ use crate::{identify, joint};
 ///
 /// The data set is a file whose column --by tells the machines apart, or a folder: with folders KEY=VALUE, or with one file a machine. With
 /// --torque every machine is a joint (see flexure joint), without it a system (see flexure identify); the options of these commands mean the same
-/// here. RESULTS gets table.parquet, a row a machine, and models/VALUE.json. A machine whose record cannot be used has its error in its
+/// here. RESULTS gets table.parquet, a row per machine, and models/VALUE.json. A machine whose record cannot be used has its error in its
 /// row. Where a run was stopped, the same command goes on with it.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \

@@ -155,7 +155,7 @@ fn a_flexible_link_has_a_row_a_controller_too() {
         (
             "[plant.link] ",
             "[plant]\narm = \"space-arm\"\n[plant.link] ",
-            "s.toml, line 4: plant.arm: is of arms; leave it out beside a flexible link",
+            "s.toml, line 4: plant.arm: is only for arms; leave it out for a flexible link",
         ),
         (
             "kind = \"commands\" ",

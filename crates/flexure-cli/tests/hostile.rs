@@ -106,7 +106,7 @@ fn an_outlier_is_named() {
     folder.refused(
         "identify r.csv --input u --output y",
         1,
-        "r.csv, line 52: column 'u' is 2.1e91 at sample 50, beside which all others are constant; remove or repair that sample",
+        "r.csv, line 52: column 'u' is 2.1e91 at sample 50, so large that all others are constant in comparison; remove or repair that sample",
     );
 }
 

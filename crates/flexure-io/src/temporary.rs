@@ -69,7 +69,7 @@ impl Temporary {
             }
             return Ok((temporary, file));
         }
-        Err(io::Error::other("no temporary file can be made beside it"))
+        Err(io::Error::other("no temporary file can be made next to it"))
     }
 
     /// Gives the file its name.

@@ -194,7 +194,7 @@ fn what_a_channel_says_of_its_messages_is_held_against_them() {
     assert_eq!(
         odd("other_language.mcap"),
         format!(
-            "other_language.mcap {begin} its definition is in the language 'ros2idl', of which only ros2msg is read"
+            "other_language.mcap {begin} its definition is in the language 'ros2idl', but only ros2msg can be read"
         )
     );
     let flipped = odd("flipped.mcap");
@@ -365,5 +365,5 @@ fn a_wal_beside_a_database_is_not_passed_over() {
     std::fs::copy(fixture("bags/plain.db3"), &path).unwrap();
     assert!(read(&path, Some("/force"), None).is_ok());
     std::fs::write(folder.join("a b#1.db3-wal"), "x").unwrap();
-    assert!(refused(&path, Some("/force"), None).contains("beside it has messages that are not in it yet"));
+    assert!(refused(&path, Some("/force"), None).contains("next to it has messages that are not in it yet"));
 }

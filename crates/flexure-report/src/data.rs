@@ -57,7 +57,7 @@ pub struct Page {
     pub choices: Vec<Choice>,
     /// Tables of candidates that were compared, for choices that no curve shows.
     pub candidates: Vec<Table>,
-    /// Warnings, a sentence each.
+    /// Warnings, one sentence each.
     pub warnings: Vec<String>,
     /// The moving arm, for arm records.
     pub arm: Option<ArmMotion>,
@@ -222,7 +222,7 @@ pub struct LinearPart {
     /// The time between two samples, s, if it is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sample_time: Option<f64>,
-    /// Impulse response of the fitted transfer function, one value a sample.
+    /// Impulse response of the fitted transfer function, one value per sample.
     pub impulse: Vec<f64>,
     /// The unit of the impulse and the step response: the unit of the block's output over that of its input. It may be empty.
     pub response_unit: String,

@@ -11,7 +11,7 @@ pub(crate) struct Decimated {
     pub values: Vec<f64>,
 }
 
-/// Samples a bucket so that two points a bucket make at most `limit` points of `n` samples; 1 keeps every sample.
+/// The samples per bucket for which two points per bucket make at most `limit` points of `n` samples; 1 keeps every sample.
 pub(crate) fn bucket(n: usize, limit: usize) -> usize {
     if n <= limit { 1 } else { n.div_ceil((limit / 2).max(1)) }
 }

@@ -48,7 +48,7 @@ pub(crate) struct Text<'a> {
     /// Title and caption.
     correlations: Vec<[&'a str; 2]>,
     spectra: Vec<&'a str>,
-    /// Samples of the record, and samples a bucket where they are decimated.
+    /// Samples of the record, and samples per bucket where they are decimated.
     record: Option<(String, usize)>,
     command: Option<&'a str>,
     version: &'static str,

@@ -31,7 +31,7 @@ pub(crate) struct Grid {
     start: f64,
     step: f64,
     count: usize,
-    /// Samples a bucket; 1 if nothing was left out.
+    /// Samples per bucket; 1 if nothing was left out.
     pub bucket: usize,
 }
 

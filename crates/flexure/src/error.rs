@@ -160,7 +160,7 @@ pub enum DataError {
     },
     /// One sample is so large that the signal hardly varies in comparison.
     #[error(
-        "column '{column}' is {} at sample {sample}, beside which all others are constant; remove or repair that sample",
+        "column '{column}' is {} at sample {sample}, so large that all others are constant in comparison; remove or repair that sample",
         exact(*.value)
     )]
     Outlier {

@@ -50,7 +50,7 @@ pub enum Block {
 }
 
 impl Block {
-    /// The free-run response to `input`, one value a sample; a model with several inputs gets this one for each.
+    /// The free-run response to `input`, one value per sample; a model with several inputs gets this one for each.
     ///
     /// Every linear block starts in the steady state that belongs to the mean of its input.
     pub fn simulate(&self, input: &[f64]) -> Vec<f64> {

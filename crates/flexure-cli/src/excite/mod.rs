@@ -224,7 +224,7 @@ fn json_of(trial: &Trial, setup: &Setup, rehearsal: &Rehearsal, arguments: &Argu
     })
 }
 
-/// What each joint reaches, a line each.
+/// What each joint reaches, one line each.
 fn summary(trial: &Trial, setup: &Setup, reference: bool) -> Lines {
     let of = |value: f64, limit: f64, unit: &str| match limit.is_finite() {
         true => format!("{value:.3} of {limit} {unit}"),

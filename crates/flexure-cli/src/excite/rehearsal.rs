@@ -14,7 +14,7 @@ use flexure_workbench::text::number;
 /// A standard error, or half a band's width, above this share is a poor estimate.
 const POOR: f64 = 0.1;
 
-/// What a record can and cannot show, a line each.
+/// What a record can and cannot show, one line each.
 #[derive(Default)]
 pub struct Rehearsal {
     pub can: Vec<String>,

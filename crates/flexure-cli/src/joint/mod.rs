@@ -31,7 +31,7 @@ use log::{Columns, Names, Number};
 /// files, with -1 and -2 before their extension. Velocities and accelerations need not be logged.
 ///
 /// With --axis 1..6, every axis of a log is identified alone: {} in the names of columns stands for the axis. The result is a table with a
-/// row an axis; an axis that cannot be identified has its reason there, and the others go on. The exit code is 0 if at least one axis was
+/// row per axis; an axis that cannot be identified has its reason there, and the others go on. The exit code is 0 if at least one axis was
 /// identified. Curves go to a file an axis, with the axis before the extension.
 ///
 /// The curves of friction and stiffness are estimated without a form, with confidence bands. Then forms with physical parameters are fitted.

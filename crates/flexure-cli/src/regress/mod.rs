@@ -39,7 +39,7 @@ pub struct Arguments {
     /// (local-bandwidth), unless --bandwidth, --select or another option asks for one bandwidth.
     #[arg(long, value_name = "NAME", value_parser = arguments::estimator())]
     estimator: Option<EstimatorName>,
-    /// Bandwidth of an estimator with a kernel, in the unit of x: one, or one a column.
+    /// Bandwidth of an estimator with a kernel, in the unit of x: one, or one per column.
     #[arg(long, value_name = "auto|H[,H...]", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_positives)]
     bandwidth: Auto<Vec<f64>>,
     /// Tuning parameter of the other estimators: neighbours, terms, levels, degree, penalty or units.

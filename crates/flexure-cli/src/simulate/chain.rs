@@ -30,7 +30,7 @@ pub struct ChainArguments {
     /// The time between two samples, s.
     #[arg(long, value_name = "S", allow_hyphen_values = true, value_parser = arguments::positive)]
     sample_time: Option<f64>,
-    /// The torques of the joints: a record with a column tau_JOINT for every joint that is driven, one row a sample, held until the next.
+    /// The torques of the joints: a record with a column tau_JOINT for every joint that is driven, one row per sample, held until the next.
     #[arg(long, value_name = "RECORD")]
     torques: Option<PathBuf>,
     /// Where joints start, rad or m: JOINT=VALUE,...; the others at zero.

@@ -137,7 +137,7 @@ impl<'de> Visitor<'de> for AmplitudeVisitor {
 /// | `order` | prbs | register length, 2 to 24; default: the least whose period covers the run |
 /// | `levels` | multilevel | number of levels, at least 2; default 5 |
 /// | `start` | step | s; default 0 |
-/// | `file` | record | a record with columns `tau1`, `tau2` (or `d1`, `d2`), one row a sample; required |
+/// | `file` | record | a record with columns `tau1`, `tau2` (or `d1`, `d2`), one row per sample; required |
 ///
 /// All signals are sampled at the run's instants and held in between. Signals without a seed are the
 /// same at both joints except for their amplitude.

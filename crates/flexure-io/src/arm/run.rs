@@ -96,7 +96,7 @@ fn check_memory(file: &ArmFile, sampling: &Sampling) -> Result<(), ArmError> {
     Ok(check_computed(sampling.rows(), record_columns(file.arm.model).len())?)
 }
 
-/// The excitation in a record: a column for each joint that is excited, one row a sample.
+/// The excitation in a record: a column for each joint that is excited, one row per sample.
 fn recorded(
     file: &RecordFile,
     drive: DriveKind,

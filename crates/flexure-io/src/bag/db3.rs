@@ -41,7 +41,7 @@ impl<'a> Db3<'a> {
                 path,
                 "a ROS 2 bag",
                 format!(
-                    "the file {} beside it has messages that are not in it yet; close the bag, or open and close it with sqlite3",
+                    "the file {} next to it has messages that are not in it yet; close the bag, or open and close it with sqlite3",
                     Path::new(&name).display()
                 ),
             ));

@@ -77,7 +77,7 @@ impl Channel {
         let definition = Definition::new(&self.kind, text.map(|(_, text)| text.as_str()));
         let definition = definition.map_err(|problem| match &self.definition {
             Some((language, _)) if language != LANGUAGE => {
-                format!("its definition is in the language '{language}', of which only {LANGUAGE} is read")
+                format!("its definition is in the language '{language}', but only {LANGUAGE} can be read")
             }
             _ => format!("its definition {problem}"),
         })?;

@@ -141,7 +141,7 @@ fn frequency_errors(frequency: &[f64], size: f64) -> Vec<f64> {
     frequency.iter().map(|f| size * (1.0 + f / 20.0)).collect()
 }
 
-/// Magnitude in dB and phase in degrees at `w` rad a sample.
+/// Magnitude in dB and phase in degrees at `w` rad per sample.
 fn response(w: f64) -> (f64, f64) {
     let sum = |c: &[f64]| {
         c.iter().enumerate().fold((0.0, 0.0), |(re, im), (k, v)| {

@@ -13,9 +13,9 @@ pub struct ControlPage {
     pub subtitle: String,
     /// The headline numbers, in order.
     pub facts: Vec<Fact>,
-    /// Warnings, a sentence each.
+    /// Warnings, one sentence each.
     pub warnings: Vec<String>,
-    /// A row a controller.
+    /// A row per controller.
     pub table: Table,
     /// The tip over its reference, the reference first.
     pub paths: Vec<TipPathPlot>,

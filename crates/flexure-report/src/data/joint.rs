@@ -15,7 +15,7 @@ pub struct JointPage {
     pub verdict: Option<Verdict>,
     /// The headline numbers, in order.
     pub facts: Vec<Fact>,
-    /// Warnings, a sentence each.
+    /// Warnings, one sentence each.
     pub warnings: Vec<String>,
     /// The estimated curves.
     pub curves: Vec<JointCurve>,
@@ -23,7 +23,7 @@ pub struct JointPage {
     pub tables: Vec<ParameterTable>,
     /// Measured against reconstructed and simulated signals.
     pub motions: Vec<Comparison>,
-    /// The results of several axes side by side, a row an axis.
+    /// The results of several axes side by side, a row per axis.
     pub overview: Option<Table>,
     /// Several axes, a section each.
     pub axes: Vec<JointPage>,

@@ -15,9 +15,9 @@ pub struct LookPage {
     pub next: Option<NextCommand>,
     /// The headline numbers, in order.
     pub facts: Vec<Fact>,
-    /// What may spoil an identification, a sentence each.
+    /// What may spoil an identification, one sentence each.
     pub warnings: Vec<String>,
-    /// What else is worth knowing, a sentence each.
+    /// What else is worth knowing, one sentence each.
     pub notes: Vec<String>,
     /// Range, mean and power of the columns.
     pub columns: Table,
@@ -44,7 +44,7 @@ pub struct NextCommand {
     pub command: String,
     /// Why this one.
     pub why: String,
-    /// What to know before, a sentence each.
+    /// What to know before, one sentence each.
     pub notes: Vec<String>,
 }
 

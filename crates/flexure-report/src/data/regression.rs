@@ -13,7 +13,7 @@ pub struct RegressionPage {
     pub subtitle: String,
     /// The headline numbers, in order.
     pub facts: Vec<Fact>,
-    /// Warnings, a sentence each.
+    /// Warnings, one sentence each.
     pub warnings: Vec<String>,
     /// The estimate in one column of x, without abscissas where there are several.
     pub curve: Nonlinearity,

@@ -15,7 +15,7 @@ pub struct StudyPage {
     pub verdict: Verdict,
     /// The headline numbers, in order.
     pub facts: Vec<Fact>,
-    /// Warnings, a sentence each.
+    /// Warnings, one sentence each.
     pub warnings: Vec<String>,
     /// The parts of the study.
     pub sections: Vec<StudySection>,

@@ -114,7 +114,7 @@ impl Row {
 
 /// The results.
 pub struct Outcome {
-    /// A row a controller.
+    /// A row per controller.
     pub rows: Vec<Row>,
     /// The runs of each.
     pub seeds: usize,

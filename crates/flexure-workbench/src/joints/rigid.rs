@@ -185,7 +185,7 @@ fn polished_text(polished: &Polished, units: &Units) -> String {
     let each = std::iter::once(inertia).chain(refined);
     let each = each.map(|(symbol, value, unit)| unbroken(&format!("{symbol} = {} {unit}", number(value))));
     let differs = match &polished.differs[..] {
-        [] => "these are the values above but for their errors".to_owned(),
+        [] => "all agree with the values above within their errors".to_owned(),
         differs => format!(
             "{} differ from the values above by more than their errors",
             differs.join(", ")

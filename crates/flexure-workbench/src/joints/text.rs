@@ -157,7 +157,7 @@ pub fn write_form(form: &Fitted, units: &Units, lines: &mut Lines) {
     });
 }
 
-/// The parameters of a form, an item each.
+/// The parameters of a form, one item each.
 pub fn write_parameters(form: &Fitted, units: &Units, lines: &mut Lines) {
     for (symbols, text) in parameter_rows(form, units) {
         lines.item(&symbols.join(", "), text);
@@ -418,7 +418,7 @@ pub fn nearness(fit: Fit, unit: &str) -> String {
     }
 }
 
-/// What to know before trusting a result, an item each.
+/// What to know before trusting a result, one item each.
 pub fn write_findings(findings: &[Finding], lines: &mut Lines) {
     for finding in findings {
         lines.note(finding);

@@ -33,7 +33,7 @@ pub struct Suggestion {
     pub options: Vec<String>,
     /// Why this command, in a sentence.
     pub why: String,
-    /// What else should be known before it is typed, a sentence each.
+    /// What else should be known before it is typed, one sentence each.
     pub notes: Vec<String>,
 }
 

@@ -90,7 +90,7 @@ impl Table {
         Ok(())
     }
 
-    /// The number of samples a column.
+    /// The number of samples per column.
     pub fn len(&self) -> usize {
         self.columns.first().map_or(0, |column| column.samples.len())
     }

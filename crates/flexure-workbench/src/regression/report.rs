@@ -28,7 +28,7 @@ pub struct Report<'a> {
     pub validation: Validation,
     /// The estimate and its band at the points that were asked for.
     pub evaluation: Evaluation,
-    /// What to know before trusting it, a sentence each.
+    /// What to know before trusting it, one sentence each.
     pub warnings: Vec<String>,
 }
 

@@ -40,7 +40,7 @@ pub struct Subject<'a> {
 }
 
 impl Subject<'_> {
-    /// The warnings, a sentence each.
+    /// The warnings, one sentence each.
     pub fn warnings(&self) -> Vec<String> {
         let all = [
             self.outliers(),

@@ -118,7 +118,7 @@ pub fn show_on(comparison: &StructureComparison, page: &mut Page) {
             format!("The data support one structure: {structure}")
         }
         Some(structure) => format!(
-            "The data support {structure} and {} alike",
+            "The data support {structure} and {} equally",
             comparison
                 .as_good
                 .iter()

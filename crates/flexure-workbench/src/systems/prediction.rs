@@ -22,7 +22,7 @@ pub enum Start {
 }
 
 impl Start {
-    /// Whether a model has states, and a record enough samples to estimate them: five a state.
+    /// Whether a model has states, and a record enough samples to estimate them: five per state.
     pub fn enough(block: &Block, samples: usize) -> bool {
         block.states() > 0 && samples >= 5 * block.states()
     }

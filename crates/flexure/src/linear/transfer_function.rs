@@ -215,7 +215,7 @@ impl TransferFunction {
         self.run(&input, &mut vec![0.0; self.states() + 1])
     }
 
-    /// G at the normalised frequency `omega` in rad a sample.
+    /// G at the normalised frequency `omega` in rad per sample.
     pub fn frequency_response(&self, omega: f64) -> Complex<f64> {
         let step = Complex::from_polar(1.0, -omega);
         let evaluate = |c: &[f64]| c.iter().rev().fold(Complex::new(0.0, 0.0), |sum, &v| sum * step + v);

@@ -53,7 +53,7 @@ impl NarxTerm {
 }
 
 impl NarxModel {
-    /// The free-run response to `input`, one value a sample, from rest at the means; NaN where there is a
+    /// The free-run response to `input`, one value per sample, from rest at the means; NaN where there is a
     /// [`problem`](Self::problem).
     pub fn simulate(&self, input: &[f64]) -> Vec<f64> {
         if self.problem().is_some() {

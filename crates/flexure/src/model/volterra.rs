@@ -45,7 +45,7 @@ impl VolterraModel {
         self.delay.saturating_add(self.first.len().max(self.second_memory))
     }
 
-    /// The response to `input`, one value a sample; before the record the input is assumed to be at its level. NaN where there is a
+    /// The response to `input`, one value per sample; before the record the input is assumed to be at its level. NaN where there is a
     /// [`problem`](Self::problem).
     pub fn simulate(&self, input: &[f64]) -> Vec<f64> {
         if self.problem().is_some() {

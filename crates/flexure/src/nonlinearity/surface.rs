@@ -153,7 +153,7 @@ impl Surface {
         Surface::new(axes, all)
     }
 
-    /// The axes, one an input.
+    /// The axes, one per input.
     pub fn axes(&self) -> &[SurfaceAxis] {
         &self.axes
     }

@@ -4,9 +4,9 @@
 //! linear, so that
 //! $$ \mathrm{MISE}^*(h) = \frac1n \sum_i \bigl((S_h m_g - m_g)(X_i)^2 + \mathrm{Var}^*\, (S_h e^*)(X_i)\bigr) : $$
 //! the squared bias needs no resampling at all. The wild bootstrap has independent errors of variance r_j^2. Its variance is
-//! $\sum_j S_h(i, j)^2 r_j^2$, a kernel sum with K^2: exact, without random numbers. With moving blocks the variance is the mean over resampled errors.
-//! References: Haerdle and Marron (1991); Haerdle and Bowman (1988), the pilot; Liu (1988), the wild bootstrap; Kuensch (1989), moving
-//! blocks.
+//! $\sum_j S_h(i, j)^2 r_j^2$, a kernel sum with K^2: exact, without random numbers. With moving blocks the variance is the mean
+//! over resampled errors. References: Haerdle and Marron (1991); Haerdle and Bowman (1988), the pilot; Liu (1988), the wild bootstrap;
+//! Kuensch (1989), moving blocks.
 
 use rand::RngExt;
 use rand_pcg::Pcg64;

@@ -92,7 +92,7 @@ impl WithBend {
         let (low, high) = points.ends();
         if !(high > low) {
             return Err(Error::too_short(
-                "the plug-in bandwidth (counting distinct abscissas but for the outer hundredth of the samples)",
+                "the plug-in bandwidth (counting distinct abscissas without the outer hundredth of the samples)",
                 DISTINCT,
                 1,
             ));

@@ -249,8 +249,7 @@ impl<X: StateVector> Dop853<X> {
         if needed <= limit.saturating_sub(self.statistics.accepted) {
             return Ok(());
         }
-        let requirement =
-            "at least the number of samples, each of which takes a step; raise it, or lengthen the sample time";
+        let requirement = "at least the number of samples, as each takes a step; raise it, or lengthen the sample time";
         Err(Error::parameter("max_steps", limit as f64, requirement))
     }
 

@@ -89,7 +89,7 @@ impl Body {
                 ("windup", body.windup.is_some()),
             ];
             if let Some((name, _)) = of_arms.iter().find(|(_, given)| *given) {
-                let reason = "is of arms; leave it out beside a flexible link";
+                let reason = "is only for arms; leave it out for a flexible link";
                 return Err(source.value(format!("{table}.{name}"), reason));
             }
         }

@@ -2,8 +2,8 @@
 //!
 //! The covariance of the parameters is that of nonlinear least squares. For a coloured error it is $\sigma^2 G^{-1} M G^{-1}$: G is the
 //! normal matrix of the derivatives, M that of the derivatives with the colour of the error. For generalised least squares it is
-//! $\sigma^2 W^{-1}$ with the normal matrix W of the whitened derivatives (Ljung 1999, section 9.4). The reported numbers of the blocks, in the
-//! record's units and the conventional scale, are functions of the parameters. Their covariance follows by the delta method, with
+//! $\sigma^2 W^{-1}$ with the normal matrix W of the whitened derivatives (Ljung 1999, section 9.4). The reported numbers of the blocks, in
+//! the record's units and the conventional scale, are functions of the parameters. Their covariance follows by the delta method, with
 //! derivatives by differences.
 
 use super::descent::{Residuals, Whitened};

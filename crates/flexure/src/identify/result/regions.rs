@@ -30,7 +30,7 @@ pub struct PoleCovariance {
 }
 
 impl LinearBlock {
-    /// The standard errors of the frequency response at `omega`, rad a sample; `None` if the coefficients' covariance is not known.
+    /// The standard errors of the frequency response at `omega`, rad per sample; `None` if the coefficients' covariance is not known.
     pub fn response_error(&self, omega: f64) -> Option<ResponseError> {
         let (covariance, first) = self.covariance()?;
         let power = |k: usize| Complex::from_polar(1.0, -omega * k as f64);

@@ -194,7 +194,7 @@ fn write_stiff(f: &mut fmt::Formatter<'_>, stiff: &StiffJoint) -> fmt::Result {
             with_error(compliance.value, compliance.standard_error),
             1.0 / compliance.value
         )?,
-        false => write!(f, "; of a spring nothing is seen beside it")?,
+        false => write!(f, "; no spring is seen in addition to it")?,
     }
     write!(
         f,

@@ -19,7 +19,7 @@ use crate::identify::run::Run;
 use crate::linear::correlation::mean;
 use crate::model::Block;
 
-/// The identification of a sum of Hammerstein branches, one an input.
+/// The identification of a sum of Hammerstein branches, one per input.
 ///
 /// ```
 /// use flexure::identify::MULTIPLE_INPUTS;

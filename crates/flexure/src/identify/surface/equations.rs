@@ -82,7 +82,7 @@ fn linearised(fit: &Fit, data: &Signals, free: bool) -> Linearisation {
 
 /// Second differences along every axis: the penalties' matrices, and the eigenvalues for their pseudo-determinant.
 pub(super) struct Penalty {
-    /// Row-major, one an axis.
+    /// Row-major, one per axis.
     matrices: Vec<Vec<f64>>,
     /// The eigenvalues of every matrix in the basis that they share.
     eigenvalues: Vec<Vec<f64>>,

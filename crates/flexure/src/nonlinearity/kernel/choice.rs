@@ -30,7 +30,7 @@ impl Default for Bandwidth {
 /// Bandwidths that were tried, and their score.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KernelScore {
-    /// The bandwidths, one a column, in the columns' units.
+    /// The bandwidths, one per column, in the columns' units.
     pub bandwidths: Vec<f64>,
     /// The score, in the squared unit of y.
     pub score: f64,
@@ -57,7 +57,7 @@ pub struct KernelScore {
 /// The result does not depend on the number of threads nor on the order of the points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KernelSearch {
-    /// The bandwidths with the smallest score, one a column. A constant column's is 1.
+    /// The bandwidths with the smallest score, one per column. A constant column's is 1.
     pub bandwidths: Vec<f64>,
     /// The score that was minimised.
     pub criterion: Criterion,

@@ -228,7 +228,7 @@ impl KernelEstimate {
         self.outside
     }
 
-    /// The bandwidths, one a column, given or chosen.
+    /// The bandwidths, one per column, given or chosen.
     pub fn bandwidths(&self) -> &[f64] {
         &self.bandwidths
     }

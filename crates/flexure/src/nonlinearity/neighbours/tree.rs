@@ -135,7 +135,7 @@ impl Tree {
         })
     }
 
-    /// The score's sums for all these increasing numbers of neighbours: one search a point.
+    /// The score's sums for all these increasing numbers of neighbours: one search per point.
     pub(super) fn scores(&self, numbers: &[usize]) -> Vec<Scores> {
         let Some(&most) = numbers.last() else {
             return Vec::new();

@@ -44,7 +44,7 @@ pub enum Decay {
 ///
 /// | parameter | purpose | valid range | default |
 /// |---|---|---|---|
-/// | `units` | the hidden units K | 1 to 64 | by leave-one-out, among 1 to 16 with at least two points a parameter |
+/// | `units` | the hidden units K | 1 to 64 | by leave-one-out, among 1 to 16 with at least two points per parameter |
 /// | `decay` | lambda | positive and finite | by the evidence |
 /// | `starts` | the starts of the training | 1 to 100 | 5 |
 /// | `seed` | of the starts | any | 1 |

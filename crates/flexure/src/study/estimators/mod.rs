@@ -19,8 +19,8 @@
 //! - Haar, 2^L ~ n^(1/3) cells: the bias is of order h wherever m has a slope, so the L2 error shows it. Sharp: -1/3.
 //! - Hermite, on |x| exp(-x^2/2), N ~ n^(1/3): N terms resolve waves up to the number (2N)^(1/2). So a kink leaves an L2 bias of order
 //!   N^(-3/4), which is more than (N/n)^(1/2) from the variance. Sharp: -1/4. (The class has N^(-1/2): Greblicki and Pawlak 1985; 2008,
-//!   ch. 6. A schedule that balances the two, here N ~ n^(2/5), needs functions that reach beyond the points of X, here of Student's t with 5
-//!   degrees of freedom. Least squares are not consistent there.)
+//!   ch. 6. A schedule that balances the two, here N ~ n^(2/5), needs functions that reach beyond the points of X, here of Student's t with
+//!   5 degrees of freedom. Least squares are not consistent there.)
 //!
 //! # One variable, smooth
 //!

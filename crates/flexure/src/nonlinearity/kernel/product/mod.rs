@@ -63,7 +63,7 @@ macro_rules! in_dimension {
 use in_dimension;
 
 impl Product {
-    /// Puts the points into cells for these positive bandwidths, one a column.
+    /// Puts the points into cells for these positive bandwidths, one per column.
     pub fn new(data: &Checked<'_>, kernel: Kernel, h: &[f64]) -> Product {
         let Some(w) = data.w.filter(|w| w.contains(&0.0)) else {
             return Self::of_all(data, kernel, h);
