@@ -108,7 +108,7 @@ def cell(job, n, mode, limits, work, slow, options):
             running.append((contestant, row, Process(contestant, shared, limits)))
     try:
         running = [entry for entry in running if attempt(entry, Process.ready, slow, n)]
-        # The first call of all, then turns: whatever drifts on the machine meets all of them alike.
+        # First a call of each, then turns: a drift of the machine affects all of them equally.
         for turn in range(1 + mode.rounds):
             length = mode.turn if turn else 0
             running = [

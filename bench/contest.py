@@ -1,4 +1,4 @@
-"""A contestant's process, its limits and what it answers (the protocol is that of worker.py)."""
+"""A contestant's process, its limits and its answers (the protocol is that of worker.py)."""
 
 import os
 import resource
@@ -108,7 +108,7 @@ class Process:
         return line
 
     def processor_time(self):
-        """Of the child so far, s; without /proc the wall time."""
+        """The processor time of the child so far, s; without /proc the wall time."""
         try:
             with open(f"/proc/{self.child.pid}/stat") as file:
                 fields = file.read().rsplit(")", 1)[1].split()

@@ -30,7 +30,7 @@ def data(truth, dimension, n):
     rng = np.random.default_rng([1, dimension, n])
     x = rng.uniform(-2, 2, (dimension, n))
     y = truth(*x) + NOISE * rng.standard_normal(n)
-    # In several variables away from the borders, which would hide all else.
+    # In several variables the points stay away from the borders, whose errors would hide all others.
     at = np.linspace(-2, 2, POINTS)[None, :] if dimension == 1 else rng.uniform(-1.7, 1.7, (dimension, POINTS))
     return x, y, at, truth(*at)
 

@@ -35,7 +35,7 @@ def main():
     except MemoryError:
         say("error out of memory")
         sys.exit(1)
-    except Exception as error:  # whatever a peer may raise: the comparison goes on without it
+    except Exception as error:  # any error of a peer: the comparison goes on without it
         say(f"error {type(error).__name__}: {' '.join(str(error).split())[:100]}")
         sys.exit(1)
 

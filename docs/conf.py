@@ -27,7 +27,7 @@ else:
     extensions += ["sphinx.ext.autodoc", "sphinx.ext.napoleon"]
     autodoc_default_options = {
         "members": True,
-        # What the private base class has, but not what scikit-learn and Python document themselves.
+        # The members of the private base class, but not those that scikit-learn and Python document themselves.
         "inherited-members": "BaseEstimator,RegressorMixin,tuple,object",
         "exclude-members": "set_fit_request,set_partial_fit_request,set_predict_request,set_score_request,get_metadata_routing",
         "member-order": "bysource",

@@ -1,7 +1,7 @@
 """Builds the package with maturin; a wheel also has the program ``flexure``, which is the command line.
 
 Python's own part of Flexure and the command line are two users of one library, and neither depends on the other. So the program is
-compiled beside the package, in the same workspace, and put where maturin looks for files that a wheel installs.
+compiled together with the package, in the same workspace, and put where maturin looks for files that a wheel installs.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from maturin import (  # noqa: F401
 
 _HERE = Path(__file__).resolve().parent
 _PROGRAM = "flexure.exe" if os.name == "nt" else "flexure"
-# A wheel's scripts are installed beside the interpreter.
+# A wheel's scripts are installed next to the interpreter.
 _SCRIPTS = _HERE / "flexure._core.data" / "scripts"
 
 

@@ -1,4 +1,4 @@
-"""The torques of a robot's axes on the second half of a record, predicted from its first half, beside the textbook's model.
+"""The torques of a robot's axes on the second half of a record, predicted from its first half, in comparison with the textbook's model.
 
     bench/joints/predict.py ../shared/data/kr300-a.csv        # needs NumPy, SciPy and a built flexure (FLEXURE_BINARY)
 
@@ -20,7 +20,7 @@ from scipy.signal import butter, filtfilt
 BINARY = os.environ.get("FLEXURE_BINARY", "target/release/flexure")
 # Hz; the motion lies below.
 CUT_OFF = 12.0
-# Of the columns' mean squares.
+# As shares of the columns' mean squares.
 RIDGES = np.concatenate([[0.0], np.logspace(-4, 0, 17)])
 # The velocity within which Coulomb friction changes its sign, rad/s.
 WIDTH = 2e-3

@@ -144,7 +144,7 @@ def stop_program(program, arguments, folder, moment):
         cwd=folder,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
-        # A shell may have it ignored.
+        # A shell may have set the signal to be ignored.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     try:

@@ -85,7 +85,7 @@ def linear_part(kind, random):
 
 
 def system(number):
-    """What it is, its input and output, the first fresh sample and the noise there."""
+    """The name of the record, its input and output, the first fresh sample and the noise there."""
     random = np.random.default_rng(number)
 
     def one_of(values):
@@ -95,7 +95,7 @@ def system(number):
     nonlinearity, of_input = one_of(list(NONLINEARITIES)), one_of(INPUTS)
     linear = one_of(["one pole", "two poles", "resonance", "a zero"])
     noise, level, delay = one_of(["white", "autoregression", "poles"]), one_of([0.01, 0.03, 0.1]), one_of([0, 0, 0, 3, 10])
-    # Of values that are held, few lie near a jump: where it is stays unknown.
+    # If values are held, few lie near a jump, and its place stays unknown.
     if of_input.startswith("held") and nonlinearity in JUMPS:
         nonlinearity = "dead zone"
     u, fresh = signal(of_input, n, random), n - n // 4
@@ -128,7 +128,7 @@ def main():
             np.savetxt(record, np.column_stack([u, y]), "%.9g", ",", header="u,y", comments="")
             command = [arguments.binary, "identify", record, "--input", "u", "--output", "y", "--json"]
             found = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
-            # The fit is 1 less the error over the deviation.
+            # The fit is 1 - (error)/(standard deviation).
             error = (1 - found["fit_percent"] / 100) * np.std(y[fresh:])
             ratios.append(error / np.std(e))
             holding += bool(found["holds"]) and ratios[-1] > 2

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Records with outliers: the fit with and without --robust, beside that of the record before the outliers came.
+"""Records with outliers: the fit with and without --robust, in comparison with the record before the outliers.
 
     python bench/systems/outliers.py --binary target/release/flexure     # needs numpy and scipy
 

@@ -42,8 +42,8 @@ class Arm:
         path : path
             The file.
         allow_paths : bool
-            Whether its excitation may name a record anywhere, not only in the file's own folder and below: for a file that you trust. What
-            an error says of a record elsewhere quotes nothing of it.
+            Whether its excitation may name a record anywhere, not only in the file's own folder and below: for a file that you trust.
+            An error about such a record quotes none of its content.
 
         Raises
         ------

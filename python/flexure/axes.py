@@ -30,7 +30,7 @@ class Axes:
     """The table that ``flexure joint --axis`` prints: the quantities of every identified axis with their errors, and its verdict. None stands for
     what an axis does not have, and a value of None for what the data do not tell."""
     result: dict[str, Any] = field(repr=False)
-    """All that ``flexure joint --axis ... --json`` says of them."""
+    """Their part of the output of ``flexure joint --axis ... --json``."""
     _found: _core.Axes | None = field(default=None, repr=False, compare=False)
 
     def __repr__(self) -> str:

@@ -38,9 +38,9 @@ class Parameter(Estimate):
     identifiable: bool
     """Whether the data determine it."""
     range: tuple[float, float] | None = None
-    """The values that the data support, where they do not determine one."""
+    """The values that the data support, if they do not determine one value."""
     remark: str | None = None
-    """What else is to be said of it."""
+    """A further remark on it."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ class Joint(_Logged):
 
     @property
     def units(self) -> tuple[str, str]:
-        """Of positions and torques: rad and N m, or m and N of a prismatic axis."""
+        """The units of positions and torques: rad and N m, or m and N for a prismatic axis."""
         return ("m", "N") if self.result.get("inertia_unit") == "kg" else ("rad", "N m")
 
     def __repr__(self) -> str:

@@ -37,7 +37,7 @@ __all__ = ["convert", "cut", "detrend", "fill", "low_pass", "merge", "outliers",
 
 _log = logging.getLogger(__name__)
 
-# What does nothing; each function sets its own.
+# Options that do nothing. Each function sets its own ones.
 _NOTHING: dict[str, Any] = {
     "cut": None,
     "convert": [],

@@ -155,7 +155,7 @@ class _Regressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]
     def __getstate__(self) -> dict[str, Any]:
         state = dict(super().__getstate__())
         if "_warnings" in state:
-            # What is fitted again has no scores, on which some of the warnings rest. Pickling works for data that allow no diagnosis, too.
+            # A refitted model has no scores, which some of the warnings need. Pickling also works if the data allow no diagnosis.
             with suppress(FlexureError):
                 state["_warnings"] = self.warnings_
         return state

@@ -373,7 +373,7 @@ class Branch:
 
     @classmethod
     def of(cls, blocks: list[tuple[str, Block]], input: str) -> Branch:
-        """Of blocks in series, with their names."""
+        """A branch of blocks in series, with their names."""
         named: dict[str, Any] = {name: block for name, block in blocks if name in ("nonlinearity", "linear", "front", "back")}
         return cls(**named, input=input, _blocks=tuple(blocks))
 

@@ -1,4 +1,4 @@
-"""Records with known truth, and the command line beside the package."""
+"""Records with known truth, and the command line next to the package."""
 
 import os
 import subprocess

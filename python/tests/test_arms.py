@@ -104,7 +104,7 @@ def axis():
 
 
 def same_page(found, page, folder):
-    """The page of the command line, but for the file's name and the command that makes it."""
+    """The page of the command line, except for the file's name and the command that makes it."""
     found.report(folder / "own.html")
     own, theirs = (re.sub(r"<!--.*?-->", "", path.read_text(), flags=re.DOTALL) for path in (folder / "own.html", page))
     assert own.count("<svg") == theirs.count("<svg") and own.count("<table") == theirs.count("<table")
@@ -181,7 +181,7 @@ def test_wrong_logs_are_said(two_links):
 
 
 def test_signals_out_of_a_table(two_links):
-    """By name, with the sample time from the times; and what belongs to another kind of joint is said."""
+    """Signals by name, with the sample time from the times. Errors name signals that belong to another kind of joint."""
     frame = pd.DataFrame(two_links)
     log = {"torque": "tau2", "motor": "qm2", "link": "q2"}
     expected = flexure.identify_joint(two_links["tau2"], motor=two_links["qm2"], link=two_links["q2"], dt=0.002)

@@ -20,7 +20,7 @@ import os, signal, sys, threading, time, warnings
 import sklearn.base  # Imported at the first use otherwise, where the interrupt may reach it.
 import numpy as np
 import flexure
-warnings.simplefilter("ignore", DeprecationWarning)  # os.fork beside threads, which is the point here
+warnings.simplefilter("ignore", DeprecationWarning)  # os.fork with threads, which this file tests
 rng = np.random.default_rng(1)
 
 def record(n):
@@ -141,7 +141,7 @@ def test_an_interrupt_ends_the_work(work):
     ],
 )
 def test_an_interrupt_ends_the_work_of_a_forked_process(work):
-    """Also where no progress is told; and what runs beside it in another thread of the child goes on to its end."""
+    """Also if no progress is reported. Work in another thread of the child goes on to its end."""
     setup = "log = logs(120)" if "log(" in work else ""
     out = _process(
         _INTERRUPTS
@@ -187,7 +187,7 @@ def test_an_interrupted_simulation():
 
 @pytest.mark.skipif(not hasattr(__import__("os"), "fork"), reason="there is no fork here")
 def test_a_forked_process_computes(record):
-    """The threads of the parent's pool are not there in the child, nor those of the child's in the grandchild."""
+    """The child lacks the threads of the parent's pool, and the grandchild those of the child's pool."""
     out = _process("""
         x = rng.uniform(-1, 1, (30_000, 2))
         y = np.sin(3 * x[:, 0]) + 0.1 * rng.normal(size=len(x))

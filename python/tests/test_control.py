@@ -127,7 +127,7 @@ def test_models_learn_what_was_simulated():
     found = friction.estimate
     np.testing.assert_allclose([found["inertia"], found["coulomb"], found["viscous"]], [3, 1, 0.5], atol=1e-8)
 
-    # In a loop, where the input answers the noise: an equation with white noise is still estimated without bias.
+    # In a loop the input depends on the noise. An equation with white noise is still estimated without bias.
     e = 0.1 * rng.normal(size=100_000)
     u, y = np.zeros(len(e)), np.zeros(len(e))
     for k in range(1, len(e)):

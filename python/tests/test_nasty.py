@@ -33,7 +33,7 @@ NASTY = {
     "two": np.array([1.0, 2.0]),
     "longer": np.append(GOOD, 1.0),
 }
-# What a caller may expect: the package's own errors, and NumPy's and scikit-learn's.
+# The errors that a caller may expect: the package's own, and those of NumPy and scikit-learn.
 REFUSALS = (flexure.FlexureError, ValueError, TypeError)
 
 
@@ -146,7 +146,7 @@ def test_numbers_are_used_or_refused(job, place):
             assert str(error) and len(str(error)) < 2000, name
             assert "Flexure failed inside" not in str(error), name
         else:
-            # In the preparation an infinite sample is a missing one, and stays.
+            # The preparation takes an infinite sample as missing and keeps it.
             if not isinstance(result, str) and job != "prepare":
                 found = numbers(result)
                 assert not np.isinf(found).any(), (name, result)

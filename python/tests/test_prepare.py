@@ -1,4 +1,4 @@
-"""Preparing frames: known truth, SciPy beside it, and the command line with the same numbers."""
+"""Preparing frames: known truth, comparison with SciPy, and the same numbers as from the command line."""
 
 import doctest
 import logging

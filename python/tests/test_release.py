@@ -75,7 +75,7 @@ def test_crates_can_be_published(crate: str) -> None:
     assert package.get("publish", True)
     assert package["description"]
     assert package["license"] == {"workspace": True}
-    # What it needs of this project is published with it, at the workspace's version.
+    # The parts of this project that it needs are published with it, at the workspace's version.
     own = {name: table for name, table in manifest["dependencies"].items() if name.startswith("flexure")}
     assert set(own) <= set(CRATES)
     assert all(table == {"workspace": True} for table in own.values())

@@ -138,7 +138,7 @@ def test_the_numbers_stay(case):
 
 
 def close(now, stored):
-    """Whether two digests have equal numbers, but for the rounding of another processor."""
+    """Whether two digests have equal numbers, except for the rounding of another processor."""
     if isinstance(stored, dict):
         return now.keys() == stored.keys() and all(close(now[key], stored[key]) for key in stored)
     if isinstance(stored, list):

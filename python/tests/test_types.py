@@ -25,7 +25,7 @@ def test_the_stubs_are_the_compiled_part(tmp_path):
 
 
 def test_the_types_hold(tmp_path):
-    # As a copy: mypy takes no path among installed packages.
+    # A copy is needed: mypy accepts no path among installed packages.
     copy = shutil.copytree(PACKAGE, tmp_path / "source" / "flexure", ignore=shutil.ignore_patterns("*.so", "__pycache__"))
     _run(tmp_path, "mypy", "--strict", "--ignore-missing-imports", str(copy))
 

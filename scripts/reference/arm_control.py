@@ -90,8 +90,8 @@ show("P predicted by the extended filter, diagonal", np.diag(e.P))
 show("P predicted by the extended filter, first row", e.P[0])
 
 
-# What shapers for the frequency 1 leave of a step's vibration in x'' + 2 z w x' + w^2 x = w^2 u, by SciPy's matrix exponential, with the
-# amplitudes as they are published.
+# The vibration that shapers for the frequency 1 leave after a step in x'' + 2 z w x' + w^2 x = w^2 u, by SciPy's matrix exponential,
+# with the published amplitudes.
 def left(amplitudes, z, w):
     a = np.array([[0.0, 1.0], [-w * w, -2 * z * w]])
     instants = np.pi / np.sqrt(1 - z * z) * np.arange(len(amplitudes))

@@ -185,7 +185,7 @@ def main():
         assert reference.setdefault("all", read) == read, name
     shutil.copy(OUT / "plain.db3", OUT / "old.db3")
     with sqlite3.connect(OUT / "old.db3") as database:
-        # As before ROS 2 Iron.
+        # The form before ROS 2 Iron.
         database.execute("DROP TABLE message_definitions")
     database.close()
     for name, options in {

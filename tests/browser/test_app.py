@@ -92,7 +92,7 @@ class App:
         self.js(script, path.name, path.read_text())
 
     def ended(self, count, state="done", seconds=120):
-        """Waits until so many runs have ended; the last as is said."""
+        """Waits until this number of runs has ended, the last one in this state."""
         self.wait(f"document.querySelectorAll('[data-job][data-state]').length >= {count}", seconds)
         item = self.find("#run-list > li")
         assert item.get_attribute("data-state") == state, item.text
@@ -331,7 +331,7 @@ def test_a_fit_is_cancelled_and_leaves_nothing(app, tmp_path):
     )
     assert begun
     page.wait("document.querySelector('[data-job] progress') !== null")
-    # What it does now is said meanwhile.
+    # The page shows what it is doing.
     page.wait("/running, \\d+ s identifying/.test(document.querySelector('[data-job]').textContent)")
     page.press("[data-job] button")
     page.ended(1, state="cancelled", seconds=20)
