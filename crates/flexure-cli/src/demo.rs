@@ -38,7 +38,7 @@ pub struct Arguments {
     /// Show the joint's stiffness and friction in the three block-oriented views.
     #[arg(long)]
     joint_views: bool,
-    /// Do not open the page in a browser, as is done where the output is a terminal.
+    /// Do not open the page in a browser. By default it is opened if the output is a terminal.
     #[arg(long)]
     no_open: bool,
     /// Print one JSON object.

@@ -57,7 +57,7 @@ fn message(text: &str) -> String {
     }
 }
 
-/// Prints an error; where that fails, nothing can report it.
+/// Prints an error. If that fails, nothing can report it.
 pub fn print_error(error: &anyhow::Error) {
     let _ = writeln!(io::stderr(), "error: {}", message(&format!("{error:#}")));
 }
@@ -67,7 +67,7 @@ pub fn print_note(note: &str) {
     let _ = writeln!(io::stderr(), "{}", message(note));
 }
 
-/// `flexure` with `arguments`, as they can be typed into a shell; what is not Unicode is replaced.
+/// `flexure` with `arguments`, as they can be typed into a shell. Characters that are not Unicode are replaced.
 pub fn command_line(arguments: impl IntoIterator<Item = OsString>) -> String {
     let mut line = "flexure".to_owned();
     for argument in arguments {

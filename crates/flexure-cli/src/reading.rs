@@ -25,7 +25,7 @@ pub const HEADING: &str = "Reading the record";
 #[derive(clap::Args)]
 #[command(next_help_heading = HEADING)]
 pub struct Reading {
-    /// What separates the columns; by default what divides all lines into equally many fields.
+    /// The separator of the columns. By default it is the one that divides all lines into equally many fields.
     #[arg(long, value_name = "NAME")]
     separator: Option<Separator>,
     /// The decimal sign of the numbers, where commas may also group thousands.

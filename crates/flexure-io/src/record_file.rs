@@ -64,7 +64,7 @@ impl Other {
     }
 }
 
-/// From which line of a text file each sample comes.
+/// The line of a text file from which each sample comes.
 ///
 /// Only the samples at which the distance between sample and line changes are kept.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -113,7 +113,7 @@ impl RecordFile {
         self
     }
 
-    /// The column of sample instants: the one `given`; or one named `t`, `time`, `Time [s]`, `time_ms`, `timestamp` or alike; or one of
+    /// The column of sample instants: the one `given`; or one named `t`, `time`, `Time [s]`, `time_ms`, `timestamp` or similar; or one of
     /// time stamps. It is none of the columns `in_use`; `None` if there is no such column.
     ///
     /// Instants are in s unless the file says otherwise.

@@ -61,7 +61,7 @@ pub(crate) fn head(values: &[f64], limit: usize) -> Vec<f64> {
     values.iter().take(limit).map(|&v| round(v)).collect()
 }
 
-/// `v` to [`DIGITS`] significant digits, so that it prints in few characters; what is not finite stays as it is.
+/// `v` to [`DIGITS`] significant digits, so that it prints in few characters. A value that is not finite stays unchanged.
 pub(crate) fn round(v: f64) -> f64 {
     // The value passes through its decimal form: only this yields the double with that short decimal form.
     format!("{v:.*e}", DIGITS - 1).parse().unwrap_or(v)

@@ -27,9 +27,9 @@ pub struct Member {
 /// Where a machine's record is.
 #[derive(Debug, Clone)]
 enum Source {
-    /// In its own file. The number is the most memory for its record, bytes.
+    /// The record is in its own file. The number is the most memory for the record, bytes.
     File(PathBuf, u64),
-    /// In some rows of a file with several machines.
+    /// The record is in some rows of a file with several machines.
     Rows(Arc<RecordFile>, Vec<usize>),
 }
 

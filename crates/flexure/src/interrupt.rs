@@ -66,7 +66,7 @@ struct State {
     requested: AtomicBool,
     /// The jobs of the outermost loop that are done, and all of them.
     progress: [AtomicU64; 2],
-    /// In tests: the number of times still to be asked before it is requested by itself.
+    /// In tests: after this number of further checks the interrupt requests itself.
     #[cfg(test)]
     fuse: std::sync::Mutex<Option<u64>>,
 }

@@ -19,7 +19,7 @@ const LONGEST_REQUEST: u64 = 64 << 10;
 /// What the page may do: load its own parts, and show pages of the project in frames.
 const OWN: &str = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; frame-src 'self'; \
                    form-action 'none'; base-uri 'none'; frame-ancestors 'none'";
-/// What a page of the project may do: show itself. It has no origin, and so nothing of the app.
+/// A page of the project may only show itself. It has no origin, so it has no access to the app.
 const FOREIGN: &str = "sandbox allow-scripts allow-downloads; default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; \
                        img-src data: blob:; font-src data:; frame-ancestors 'self'";
 

@@ -54,7 +54,7 @@ pub struct Arguments {
     /// a bag, the default is the effort.
     #[arg(long, value_name = "COLUMN", required_unless_present = "joint")]
     torque: Option<String>,
-    /// The column of a rigid axis's position; of a bag's joint it need not be named.
+    /// The column of a rigid axis's position; not needed for a joint of a bag.
     #[arg(long, value_name = "COLUMN", conflicts_with_all = ["motor", "link"], required_unless_present_any = ["motor", "joint"])]
     position: Option<String>,
     /// The column of a flexible joint's motor angle, or of those of both joints: qm1,qm2.
@@ -117,7 +117,7 @@ pub struct Arguments {
     /// file has no gravity and no spring. A constant torque on a rigid axis stands in a comment.
     #[arg(long, value_name = "ARM.toml")]
     arm: Option<PathBuf>,
-    /// With --arm, which joint of the arm the log is of: 1, the shoulder, or 2, the elbow.
+    /// With --arm, the joint of the arm in the log: 1, the shoulder, or 2, the elbow.
     #[arg(long, value_name = "1|2", default_value = "1", value_parser = clap::value_parser!(u8).range(1..=2))]
     arm_joint: u8,
     /// With --arm, take the links from this arm file. The moving link's moment of inertia becomes what was identified. For a

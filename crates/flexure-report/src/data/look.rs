@@ -74,6 +74,6 @@ pub struct SpectrumPlot {
     pub y_label: String,
     /// Frequencies, positive and increasing.
     pub frequency: Vec<f64>,
-    /// The density at each; what is not positive is a gap.
+    /// The density at each. A value that is not positive is a gap.
     pub density: Vec<f64>,
 }

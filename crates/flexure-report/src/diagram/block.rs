@@ -19,7 +19,7 @@ const SMALL_LETTER: f64 = 6.2;
 const SKETCH: [f64; 2] = [92.0, 40.0];
 /// Most points of a small curve.
 const POINTS: usize = 60;
-/// Letters of a signal's name; what follows is left out.
+/// The most letters of a signal's name; the rest is left out.
 const LONGEST_NAME: usize = 24;
 
 /// Width and height of a block.

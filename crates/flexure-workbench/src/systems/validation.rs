@@ -22,7 +22,7 @@ use crate::text::number;
 use flexure::outliers::standing_alone;
 use flexure::text::{counted, fit, p_value, shown_path};
 
-/// On which samples a model is judged, and where its run starts.
+/// The samples on which a model is judged, and the place where its run starts.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Judging {
     /// The samples at the start that do not count; by default those that the model takes to settle, at most a tenth.
