@@ -76,7 +76,7 @@ impl Arguments {
                     Err(_) => error.to_string(),
                 };
                 print_note(&format!(
-                    "note: {error}. It is only written next to the prediction: the state at the start is not estimated from it, and no fit is computed"
+                    "note: {what}: no fit is computed, and the state at the start is not estimated from the output"
                 ));
                 None
             }

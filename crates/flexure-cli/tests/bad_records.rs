@@ -65,7 +65,7 @@ fn files_that_are_no_records() {
         let outcome = folder.run("predict model.json text.csv -o predicted.csv");
         assert_eq!(outcome.code, Some(0), "{outcome:?}");
         let note = format!(
-            "note: {message}. It is only written next to the prediction: the state at the start is not estimated from it, and no fit is computed\n"
+            "note: {message}: no fit is computed, and the state at the start is not estimated from the output\n"
         );
         assert_eq!(outcome.stderr, note);
         assert!(folder.read("predicted.csv").starts_with("predicted\n"));
@@ -132,7 +132,7 @@ fn samples_that_are_missing_or_not_finite() {
     folder.failed(&COMMANDS[2].replace("RECORD", "output.csv"), message);
     let outcome = folder.run("predict model.json output.csv -o predicted.csv");
     assert_eq!(outcome.code, Some(0), "{outcome:?}");
-    let note = "note: output.csv, line 3: column 'y' is inf at sample 1; remove or repair that sample. It is only written next to the prediction: the state at the start is not estimated from it, and no fit is computed\n";
+    let note = "note: 1 of 3 samples of 'y' are missing or not finite: no fit is computed, and the state at the start is not estimated from the output\n";
     assert_eq!(outcome.stderr, note);
     assert!(!outcome.stdout.contains("fit"), "{outcome:?}");
     assert!(
