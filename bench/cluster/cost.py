@@ -21,6 +21,7 @@ from pathlib import Path
 
 import dask.dataframe
 import flexure.dask
+import numpy as np
 import psutil
 from distributed import Client
 
@@ -64,9 +65,28 @@ def regression(client, folder, tasks, samples):
     return size * 2 // 3, *measured(client, run)
 
 
+def system(client, folder, tasks, samples):
+    """A Hammerstein system from a record in shards, one a task in every step."""
+    import dask.array
+
+    folder.mkdir()
+    for part in range(tasks):
+        np.save(folder / f"{part}.npy", np.stack(work.hammerstein(part, samples)))
+
+    def column(which):
+        parts = [dask.delayed(np.load)(folder / f"{part}.npy")[which] for part in range(tasks)]
+        return dask.array.concatenate([dask.array.from_delayed(part, (samples,), float) for part in parts])
+
+    def run():
+        flexure.dask.identify(column(0), column(1), client=client)
+
+    return 16 * tasks * samples, *measured(client, run)
+
+
 JOBS = {
     "joints of 1e6 samples, one a task": (fleet, 2, 1_000_000),
     "regression, 1e6 rows a task": (regression, 8, 1_000_000),
+    "Hammerstein system, 1e6 samples a task": (system, 8, 1_000_000),
 }
 
 
@@ -77,7 +97,7 @@ def main():
     parser.add_argument("--rounds", type=int, default=2, help="the least of so many measurements counts")
     given = parser.parse_args()
     columns = ["ns a sample", "B a sample read", "kB a task sent", "MB a worker", "hours", "GB read", "GB sent", "MB/s read"]
-    print(f"{'job':<32}" + "".join(f"{name:>17}" for name in columns))
+    print(f"{'job':<40}" + "".join(f"{name:>17}" for name in columns))
     with work.cluster() as workers, Client(workers) as client:
         for name, (run, tasks, samples) in JOBS.items():
             rounds = []
@@ -91,7 +111,7 @@ def main():
             total = given.samples * ns * 1e-9 / given.workers
             read = given.samples * size / done
             row = [ns, size / done, sent / tasks / 1e3, memory / 1e6, total / 3600, read / 1e9, all_tasks * sent / tasks / 1e9, read / total / 1e6]
-            print(f"{name:<32}" + "".join(f"{value:>17.3g}" for value in row), flush=True)
+            print(f"{name:<40}" + "".join(f"{value:>17.3g}" for value in row), flush=True)
 
 
 if __name__ == "__main__":

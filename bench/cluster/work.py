@@ -10,6 +10,8 @@ import numpy as np
 from distributed import LocalCluster
 
 CORES = 2
+# Samples that are identified in about a second.
+MONTE_CARLO = 200_000
 
 
 def cluster():
@@ -52,14 +54,18 @@ def of_file(path):
     return identified(flexure.read(path)).inertia.value
 
 
-def drawn(seed, samples=20_000):
-    """A run of a Monte Carlo study: a Hammerstein system with noise of its own, identified."""
+def hammerstein(seed, samples):
+    """Input and output of a saturation before a system of order 2, with noise."""
     from scipy.signal import lfilter
 
     rng = np.random.default_rng(seed)
     u = rng.uniform(-2, 2, samples)
-    y = lfilter([0, 0.2, 0.15], [1, -1.2, 0.55], np.clip(u, -1, 0.6)) + 0.05 * rng.normal(size=samples)
-    return flexure.Hammerstein().fit(u, y)
+    return u, lfilter([0, 0.2, 0.15], [1, -1.2, 0.55], np.clip(u, -1, 0.6)) + 0.05 * rng.normal(size=samples)
+
+
+def drawn(seed):
+    """A run of a Monte Carlo study: a Hammerstein system with noise of its own, identified."""
+    return flexure.Hammerstein().fit(*hammerstein(seed, MONTE_CARLO))
 
 
 def fit_percent(seed):

@@ -158,13 +158,16 @@ class System(BaseEstimator):  # type: ignore[misc]
         first = parts[0]
         joined = [_joined(list(columns)) for columns in zip(*([*part.u, part.y] for part in parts), strict=True)]
         samples = [len(part.y) for part in parts] if len(parts) > 1 else None
-        self._identification = Identification(
-            list(zip(first.inputs, joined, strict=False)), (first.output, joined[-1]), first.dt, self._options(), samples
-        )
-        self._record = (joined[:-1], joined[-1])
-        model = self._identification.model()
-        self.predicted_: Array | None = self._identification.predicted()
-        self._take(model, json.loads(self._identification.json()))
+        inputs = list(zip(first.inputs, joined, strict=False))
+        identification = Identification(inputs, (first.output, joined[-1]), first.dt, self._options(), samples)
+        return self._identified(identification, joined[:-1], joined[-1])
+
+    def _identified(self, identification: Identification, inputs: list[Array], output: Array) -> Self:
+        """Takes what was identified, and the record that it is judged on."""
+        self._identification = identification
+        self._record = (inputs, output)
+        self.predicted_: Array | None = identification.predicted()
+        self._take(identification.model(), json.loads(identification.json()))
         return self
 
     def _options(self) -> dict[str, Any]:

@@ -1,15 +1,16 @@
-"""Flexure on a cluster, by dask and distributed as they are: a fleet of machines, regressions of records of any length, many simulations.
+"""Flexure on a cluster, by dask and distributed as they are: a fleet of machines, records of any length, many simulations.
 
 ``pip install flexure[dask]``. Without a client, the functions start a cluster on all cores of this machine and close it again. Results
 are those of one machine, whatever the workers, and a worker that dies loses nothing: the cluster gives its tasks to another one.
 
-=================  ====================================================================  ===============================
-function           what                                                                  a task is
-=================  ====================================================================  ===============================
-`identify_fleet`   one model a machine, a table with a row a machine                     a machine
-`regress`          kernel regression of a data frame or of arrays, from merged sums      a partition
-`simulate_batch`   an arm under many torques                                             some torques
-=================  ====================================================================  ===============================
+=================  ===================================================================  ====================================
+function           what                                                                 a task is
+=================  ===================================================================  ====================================
+`identify_fleet`   one model a machine, a table with a row a machine                    a machine
+`identify`         a Hammerstein system from a record of any length, from merged sums   a chunk of the record, in every step
+`regress`          kernel regression of a data frame or of arrays, from merged sums     a partition
+`simulate_batch`   an arm under many torques                                            some torques
+=================  ===================================================================  ====================================
 """
 
 from __future__ import annotations
@@ -17,29 +18,27 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
-from importlib import import_module
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import flexure
-from flexure._core import DataError, FlexureError, ParameterError
+from flexure._arrays import samples
+from flexure._cluster import RETRIES, installed, merged, on_cluster, same_version
+from flexure._core import DataError, ParameterError, Sharded, merged_sums
+from flexure._shards import Shards
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from flexure import Arm, StreamedKernelRegressor
+    from flexure import Arm, Hammerstein, StreamedKernelRegressor
 
-__all__ = ["identify_fleet", "regress", "simulate_batch"]
+__all__ = ["identify", "identify_fleet", "regress", "simulate_batch"]
 
 # What is in a folder of results beside the table, as `flexure fleet` has it.
 BEGUN, ROWS, MODELS, TABLE = "fleet.json", "rows", "models", "table.parquet"
-# How often a task may lose its worker: that is no fault of the task.
-RETRIES = 10
-# Sums that one task merges.
-MERGED = 8
 # Machines that wait on the cluster at most: a fleet's tasks need not all be known to the scheduler at once.
 WAITING = 2000
 
@@ -102,8 +101,8 @@ def identify_fleet(
     _open(folder, {"by": by, "name": name, "version": flexure.__version__})
     missing = {key: job for key, job in jobs.items() if (_row(folder, key) or {"status": "failed"})["status"] == "failed"}
     if missing:
-        with _cluster(client) as cluster:
-            _same_version(cluster)
+        with on_cluster(client) as cluster:
+            same_version(cluster)
             for key, row, text in _done(cluster, missing, model, by):
                 _keep(folder, key, row, text)
     return _write_table(folder, [found for key in jobs if (found := _row(folder, key))])
@@ -137,38 +136,6 @@ def _open(folder: Path, asked: dict[str, str]) -> None:
     begun.write_text(json.dumps(asked))
 
 
-def _installed(module: str) -> Any:
-    try:
-        return import_module(module)
-    except ImportError as error:
-        raise FlexureError(f"{module} is not installed: pip install flexure[dask]") from error
-
-
-@contextmanager
-def _cluster(client: Any) -> Iterator[Any]:
-    if client is not None:
-        yield client
-        return
-    distributed = _installed("distributed")
-    with distributed.LocalCluster(threads_per_worker=1, dashboard_address=":0") as cluster, distributed.Client(cluster) as own:
-        yield own
-
-
-def _version() -> str:
-    return flexure.__version__
-
-
-def _same_version(client: Any) -> None:
-    """Refuses workers that would compute something else."""
-    try:
-        versions = client.run(_version)
-    except Exception as error:
-        raise FlexureError(f"the workers cannot import Flexure ({error}); install flexure {flexure.__version__} on them") from error
-    others = sorted({version for version in versions.values() if version != flexure.__version__})
-    if others:
-        raise FlexureError(f"workers have Flexure {', '.join(others)}, but this is {flexure.__version__}; install one version everywhere")
-
-
 def _done(client: Any, jobs: dict[str, Any], model: Any, by: str) -> Iterator[tuple[str, dict[str, Any], str | None]]:
     """The machines' rows and models as they come, so many on the cluster at a time."""
     shared = client.scatter(model, broadcast=True) if not callable(model) else model
@@ -178,7 +145,7 @@ def _done(client: Any, jobs: dict[str, Any], model: Any, by: str) -> Iterator[tu
         return client.submit(_one, key, job, shared, by, key=f"flexure-{by}-{key}-{os.urandom(4).hex()}", retries=RETRIES, pure=False)
 
     first = [submit(key, job) for _, (key, job) in zip(range(WAITING), waiting, strict=False)]
-    running = _installed("distributed").as_completed(first)
+    running = installed("distributed").as_completed(first)
     for future in running:
         yield future.result()
         future.release()
@@ -288,6 +255,71 @@ def _write_table(folder: Path, rows: list[dict[str, Any]]) -> Path:
     return path
 
 
+def identify(
+    u: Any, y: Any, *, model: Hammerstein | None = None, dt: float | None = None, excerpt: int = 100_000, client: Any = None
+) -> Hammerstein:
+    """Identifies a Hammerstein system from a record that is too long for one machine.
+
+    The structure (order, delay, breakpoints, colour of the noise) comes from excerpts, `excerpt` samples together, which are spread evenly over the
+    record. Then all coefficients and the places of kinks take steps on all samples: the equations of every step are sums over the chunks,
+    each of which is given the samples just before it. The result does not depend on the chunks but for the last digits. The
+    record is read once for every step, five times or so; ``u.persist()`` keeps it in the workers' memory.
+
+    The verdict is made on the end of the record: the share `fresh` of its last `excerpt` samples, which are not fitted.
+    What the excerpts do not show, no step adds: inputs beyond their range have the curve's end value.
+
+    Parameters
+    ----------
+    u, y : dask.array.Array of shape (n,), or lists of such arrays
+        Input and output, in chunks of the same lengths. Lists are several records of one system, each from a state of its own.
+    model : Hammerstein, optional
+        What to identify, by the refined method without `form`, `missing` and `robust`.
+    dt : float, optional
+        The sample time, s.
+    excerpt : int
+        Samples that this process holds.
+    client : distributed.Client, optional
+        The cluster. Its workers must have this version of Flexure.
+
+    Returns
+    -------
+    Hammerstein
+        Fitted, with standard errors from all samples; ``samples_`` is their number.
+
+    Raises
+    ------
+    DataError
+        For values that are not finite, with their place in the record, and records that show no such system.
+    ParameterError
+        For a parameter outside its range, arrays of different chunks, and chunks that are shorter than the system remembers.
+
+    Examples
+    --------
+    >>> import dask.array, flexure.dask
+    >>> u, y = dask.array.from_zarr("log.zarr/u"), dask.array.from_zarr("log.zarr/y")  # doctest: +SKIP
+    >>> model = flexure.dask.identify(u, y, dt=0.001)  # doctest: +SKIP
+    """
+    delayed = installed("dask").delayed
+    asked = flexure.Hammerstein() if model is None else _clone(model)
+    options = asked._options()
+    for name in ("form", "missing", "robust"):
+        if options[name]:
+            raise ParameterError(f"{name} is {options[name]!r}, but a record in shards is identified without it")
+    shards = Shards(u, y, excerpt, options["fresh"])
+    with on_cluster(client) as cluster:
+        same_version(cluster)
+        held = cluster.gather(cluster.compute(shards.excerpts(), retries=RETRIES))
+        *excerpts, (end_u, end_y) = [(samples(of_u, "u"), samples(of_y, "y")) for of_u, of_y in held]
+        found = Sharded(excerpts, options | {"fresh": 0.05})
+        goes_on = True
+        while goes_on:
+            whole = merged(delayed(merged_sums), shards.sums(found.point(), found.reach))
+            goes_on = found.advance(cluster.compute(whole, retries=RETRIES).result())
+    asked._identified(found.identification(end_u, end_y, dt, options), [end_u], end_y)
+    asked.samples_ = found.count
+    return asked
+
+
 def regress(
     data: Any,
     *,
@@ -336,18 +368,16 @@ def regress(
     >>> model = flexure.dask.regress(frame, x="velocity", y="torque")  # doctest: +SKIP
     >>> torque, band = model.predict([[0.1]], return_band=0.95)  # doctest: +SKIP
     """
-    delayed = _installed("dask").delayed
+    delayed = installed("dask").delayed
     model = flexure.StreamedKernelRegressor(degree, bandwidth=bandwidth, kernel=kernel, block=block, most_bins=most_bins)
     parts = _partitions(data, x, y)
-    with _cluster(client) as cluster:
-        _same_version(cluster)
+    with on_cluster(client) as cluster:
+        same_version(cluster)
         lengths = cluster.gather(cluster.compute([delayed(len)(of_x) for of_x, _ in parts], retries=RETRIES))
         first_rows = [sum(lengths[:k]) for k in range(len(parts))]
         sums = [delayed(_sums)(model, first, of_x, of_y) for first, (of_x, of_y) in zip(first_rows, parts, strict=True)]
-        while len(sums) > 1:
-            sums = [delayed(_merged)(model, sums[k : k + MERGED]) for k in range(0, len(sums), MERGED)]
-        merged: bytes = cluster.compute(sums[0], retries=RETRIES).result()
-    return model.from_bytes(merged)
+        whole: bytes = cluster.compute(merged(partial(delayed(_merged), model), sums), retries=RETRIES).result()
+    return model.from_bytes(whole)
 
 
 def _partitions(data: Any, x: Any, y: Any) -> list[tuple[Any, Any]]:
@@ -394,8 +424,8 @@ def simulate_batch(arm: Arm, torques: Iterable[Any], *, kind: str = "torque", cl
     torques = list(torques)
     if not torques:
         return []
-    with _cluster(client) as cluster:
-        _same_version(cluster)
+    with on_cluster(client) as cluster:
+        same_version(cluster)
         workers = max(1, len(cluster.scheduler_info()["workers"]))
         # So many tasks a worker that the last ones end together.
         size = max(1, -(-len(torques) // (8 * workers)))

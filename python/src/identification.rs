@@ -22,7 +22,7 @@ pub const RECORD: &str = "the record";
 /// What there is to choose, as the keys of a dict; None leaves the choice to the data.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-struct Options {
+pub struct Options {
     structure: String,
     method: String,
     order: Option<usize>,
@@ -94,7 +94,8 @@ impl Options {
         named.map_err(|expected| ParameterError::new_err(format!("the form: {expected}")))
     }
 
-    fn hammerstein(&self) -> PyResult<HammersteinMethod> {
+    /// The method of a Hammerstein identification.
+    pub fn hammerstein(&self) -> PyResult<HammersteinMethod> {
         Ok(match self.method.as_str() {
             "plain" => HammersteinMethod::Plain(self.plain()?),
             "refined" => HammersteinMethod::Refined(self.refined()?),
@@ -105,7 +106,8 @@ impl Options {
         })
     }
 
-    fn task(&self) -> PyResult<Task> {
+    /// The structure with these choices.
+    pub fn task(&self) -> PyResult<Task> {
         let structure = Structure::by_name(&self.structure);
         let structure =
             structure.ok_or_else(|| ParameterError::new_err(format!("there is no structure '{}'", self.structure)))?;
@@ -120,14 +122,23 @@ impl Options {
 }
 
 /// An identified system with the record that it came from.
-struct Session {
-    file: RecordFile,
-    identified: Identified,
+pub struct Session {
+    /// The record.
+    pub file: RecordFile,
+    /// The system.
+    pub identified: Identified,
 }
 
 /// An identified system with the record that it came from.
 #[pyclass(frozen, module = "flexure._core")]
 pub struct Identification(Arc<Session>);
+
+impl Identification {
+    /// With its record.
+    pub fn of(session: Session) -> Identification {
+        Identification(Arc::new(session))
+    }
+}
 
 #[pymethods]
 impl Identification {
@@ -170,7 +181,7 @@ impl Identification {
             Ok(Session { file, identified })
         })?;
         session
-            .map(|session| Identification(Arc::new(session)))
+            .map(Identification::of)
             .map_err(|error: anyhow::Error| of_any(&error))
     }
 

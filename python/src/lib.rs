@@ -13,6 +13,7 @@ mod prepare;
 mod record;
 mod regression;
 mod run;
+mod sharded;
 mod streamed;
 
 use pyo3::prelude::*;
@@ -46,6 +47,8 @@ mod _core {
     use crate::record::read_record;
     #[pymodule_export]
     use crate::regression::Regression;
+    #[pymodule_export]
+    use crate::sharded::{Sharded, merged_sums, shard_sums};
     #[pymodule_export]
     use crate::streamed::{Streamed, Sums};
 

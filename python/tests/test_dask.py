@@ -8,6 +8,7 @@ import time
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 import flexure
 
@@ -133,9 +134,9 @@ def test_what_cannot_be_is_refused_in_words(plants, client, tmp_path):
 
 def test_workers_of_another_version_are_refused(plants, client, tmp_path):
     def change(version):
-        import flexure
+        import flexure._cluster
 
-        flexure.dask._version = lambda: version
+        flexure._cluster.version = lambda: version
 
     client.run(change, "0.0.1")
     try:
@@ -210,6 +211,98 @@ def test_a_regression_names_the_row_that_is_wrong(client):
         flexure.dask.regress(None, x=parts["x"], y=parts["y"].rechunk(700), client=client)
     with pytest.raises(flexure.ParameterError, match="dask arrays"):
         flexure.dask.regress(None, x=x, y=y, client=client)
+
+
+def long_record(n, seed=1):
+    rng = np.random.default_rng(seed)
+    u = rng.uniform(-2, 2, n)
+    y = lfilter([0, 0.2, 0.15], [1, -1.2, 0.55], np.clip(u, -1, 0.6))
+    return u, y + 0.02 * rng.standard_normal(n)
+
+
+def in_chunks(arrays, chunks):
+    import dask.array
+
+    return [dask.array.from_array(values, chunks=chunks) for values in arrays]
+
+
+def numbers(model):
+    errors = [model.linear_.b_errors, model.linear_.a_errors]
+    return np.concatenate([model.linear_.b, model.linear_.a, model.nonlinearity_.y, *errors])
+
+
+def test_a_system_of_shards_is_that_of_the_whole_record(client):
+    u, y = long_record(120_000)
+    whole, cut = (
+        flexure.dask.identify(*in_chunks((u, y), chunks), dt=0.01, excerpt=20_000, client=client)
+        for chunks in (120_000, (500, 20_000, 3_001, 40_000, 56_499))
+    )
+    np.testing.assert_allclose(numbers(cut), numbers(whole), rtol=1e-10, atol=1e-10)
+    # What is held back and what is uncounted at the start of the record.
+    assert whole.samples_ == cut.samples_ and 114_000 < whole.samples_ < 115_000
+    own = flexure.Hammerstein(fresh=0.05).fit(u, y, dt=0.01)
+    assert (whole.order_, whole.delay_, whole.verdict_.holds) == (own.order_, own.delay_, True)
+    for name in ("a", "b"):
+        value, other = getattr(whole.linear_, name), getattr(own.linear_, name)
+        error = getattr(own.linear_, f"{name}_errors")
+        assert np.all(abs(value - other) <= 0.3 * error + 1e-12)
+        np.testing.assert_allclose(getattr(whole.linear_, f"{name}_errors"), error, rtol=0.05, atol=1e-12)
+    # The free run over the end, once its start is forgotten.
+    np.testing.assert_allclose(whole.predicted_[100:], whole.simulate(u[-20_000:])[100:], atol=1e-12)
+
+
+def test_several_records_in_shards_are_experiments_of_one_system(client):
+    records = [long_record(30_000, seed) for seed in (2, 3)]
+    of_u, of_y = zip(*(in_chunks(record, 9000) for record in records), strict=True)
+    found = flexure.dask.identify(list(of_u), list(of_y), excerpt=10_000, client=client)
+    own = flexure.Hammerstein(fresh=0.05).fit(*(list(parts) for parts in zip(*records, strict=True)))
+    np.testing.assert_allclose(found.linear_.a, own.linear_.a, atol=0.5 * own.linear_.a_errors.max())
+    # Both records begin with samples that do not count.
+    assert found.samples_ < 57_499 - 60
+
+
+def test_a_system_of_shards_outlives_two_killed_workers():
+    u, y = long_record(40_000)
+
+    def slow(block):
+        time.sleep(0.2)
+        return block
+
+    of_u, of_y = in_chunks((u, y), 4000)
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster, distributed.Client(cluster) as client:
+
+        def kill():
+            for _ in range(2):
+                time.sleep(1.5)
+                os.kill(next(iter(client.run(os.getpid).values())), signal.SIGKILL)
+
+        slow_u = of_u.map_blocks(slow, dtype=float)
+        killer = threading.Thread(target=kill)
+        killer.start()
+        killed = flexure.dask.identify(slow_u, of_y, excerpt=10_000, client=client)
+        killer.join()
+        whole = flexure.dask.identify(of_u, of_y, excerpt=10_000, client=client)
+    np.testing.assert_array_equal(numbers(killed), numbers(whole))
+    assert killed.samples_ == whole.samples_
+
+
+def test_what_shards_cannot_be_is_refused_in_words(client):
+    u, y = long_record(20_000)
+    run = flexure.dask.identify
+    of_u, of_y = in_chunks((u, y), 4000)
+    with pytest.raises(flexure.ParameterError, match="dask arrays"):
+        run(u, y, client=client)
+    with pytest.raises(flexure.ParameterError, match="must be alike"):
+        run(of_u, of_y.rechunk(5000), client=client)
+    with pytest.raises(flexure.ParameterError, match="the system remembers .* rechunk"):
+        run(*in_chunks((u, y), 20), excerpt=10_000, client=client)
+    with pytest.raises(flexure.ParameterError, match="form is 'dead-zone'"):
+        run(of_u, of_y, model=flexure.Hammerstein(form="dead-zone"), client=client)
+    with pytest.raises(flexure.ParameterError, match="must be 'refined'"):
+        run(of_u, of_y, model=flexure.Hammerstein(method="plain"), excerpt=10_000, client=client)
+    y[3456] = np.inf
+    with pytest.raises(flexure.DataError, match="sample 3456"):
+        run(*in_chunks((u, y), 4000), excerpt=10_000, client=client)
 
 
 def test_simulations_have_the_noise_of_their_places(client):

@@ -80,8 +80,25 @@ impl Task {
         };
         let request = Request::new(&records, inputs, output, self.options.clone());
         let result = self.structure.identify_with(&request, &mut |name| stage(name));
-        let mut result = result.map_err(|error| file.locate(named(error, file)))?;
-        // A model with a pole at 1 can describe the integration.
+        let result = result.map_err(|error| file.locate(named(error, file)))?;
+        self.identified(file, &request, sample_time, result)
+    }
+
+    /// The result with what belongs to its record; it may be from more than that.
+    pub fn identified(
+        &self,
+        file: &RecordFile,
+        request: &Request<'_>,
+        sample_time: Option<f64>,
+        mut result: Identification,
+    ) -> Result<Identified> {
+        let Request {
+            records,
+            inputs,
+            output,
+            ..
+        } = *request;
+        // A model with a pole at 1 has a place for it.
         if result.detail("integrators").is_none() {
             let integrated = integrated(records[0], inputs, output);
             result.warnings.splice(0..0, integrated);
