@@ -5,18 +5,17 @@
 
 Each job runs on two workers of one thread each, on a part of the record. Formulas:
 
-    time     = samples x (wall time x 2 workers / samples measured) / workers
+    time     = samples x (processor time / samples measured) / workers
     network  = tasks x (bytes over the loopback device / tasks measured)
     memory   = the largest resident set of a worker
 
-The wall time has reading, scheduling and merging in it. The loopback device carries all messages between client, scheduler and workers,
+The processor time is that of all processes, with reading, scheduling and merging. The loopback device carries all messages between client, scheduler and workers,
 and those of whatever else runs on this machine.
 """
 
 import argparse
 import resource
 import tempfile
-import time
 from pathlib import Path
 
 import dask.dataframe
@@ -34,12 +33,10 @@ def peak_memory():
 
 
 def measured(client, run):
-    """Wall seconds, bytes on the loopback device, and the largest resident set of a worker in bytes."""
+    """Processor seconds, bytes on the loopback device, and the largest resident set of a worker in bytes."""
     client.restart()
     sent = psutil.net_io_counters(pernic=True)["lo"].bytes_sent
-    begun = time.perf_counter()
-    run()
-    seconds = time.perf_counter() - begun
+    _, seconds = work.timed(run)
     sent = psutil.net_io_counters(pernic=True)["lo"].bytes_sent - sent
     return seconds, sent, max(client.run(peak_memory).values())
 
@@ -94,7 +91,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--samples", type=float, default=1e10)
     parser.add_argument("--workers", type=int, default=32)
-    parser.add_argument("--rounds", type=int, default=2, help="the least of so many measurements counts")
+    parser.add_argument("--rounds", type=int, default=1, help="the least of so many measurements counts")
     given = parser.parse_args()
     columns = ["ns a sample", "B a sample read", "kB a task sent", "MB a worker", "hours", "GB read", "GB sent", "MB/s read"]
     print(f"{'job':<40}" + "".join(f"{name:>17}" for name in columns))
@@ -106,7 +103,7 @@ def main():
                     rounds.append(run(client, Path(folder), tasks, samples))
             size, seconds, sent, memory = (min(values) for values in zip(*rounds))
             done = tasks * samples
-            ns = 1e9 * seconds * work.CORES / done
+            ns = 1e9 * seconds / done
             all_tasks = given.samples / samples
             total = given.samples * ns * 1e-9 / given.workers
             read = given.samples * size / done

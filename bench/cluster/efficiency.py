@@ -1,16 +1,17 @@
 """Two workers on two cores beside two threads of one process, on the same tasks of about a second; joblib and scikit-learn in turn.
 
     bench/cluster/run efficiency
-    bench/cluster/run efficiency --rounds 5 --jobs fleet,batch
+    bench/cluster/run efficiency --rounds 5 --jobs fleet,simulate
 
-The ways take turns, some rounds; a row has the least wall time of each way in s, and the efficiency: the time of two threads over that
-of two workers. The processes of workers are up before the first round. scikit-learn's rows are its own kernel ridge regression.
+The ways take turns, some rounds; the least of each counts. A row has the wall times in s, and the efficiencies: the time of two threads over
+that of the way, by wall time, and by the processor time of all processes together. Where other work shares the machine, wall times tell
+little, and the processor times still tell what a way adds. The processes of workers are up before the first round. scikit-learn's rows
+are its own kernel ridge regression.
 """
 
 import argparse
 import shutil
 import tempfile
-import time
 from pathlib import Path
 
 import flexure.dask
@@ -86,14 +87,13 @@ WAYS = {
 
 
 def least_times(job, client, rounds):
-    """The least wall time of every way, taken in turn; the first call of each is not counted."""
-    least = {}
+    """The least wall and processor times of every way, taken in turn; the first call of each is not counted."""
+    least = {name: (np.inf, np.inf) for name in WAYS}
     for count in range(rounds + 1):
         for name, run in WAYS.items():
-            begun = time.perf_counter()
-            run(job, client)
+            times = work.timed(lambda: run(job, client))
             if count:
-                least[name] = min(least.get(name, np.inf), time.perf_counter() - begun)
+                least[name] = tuple(map(min, least[name], times))
     return least
 
 
@@ -104,7 +104,7 @@ def main():
     parser.add_argument("--jobs", default="", help="the beginnings of the jobs' names, with commas; all")
     given = parser.parse_args()
     wanted = tuple(given.jobs.split(","))
-    print(f"{'job':<18}{'tasks':>6}{'s a task':>10}" + "".join(f"{name:>16}" for name in WAYS) + "   efficiency: 2 workers, joblib, joblib on Dask")
+    print(f"{'job':<16}{'tasks':>6}{'CPU s a task':>13}" + "".join(f"{name:>16}" for name in WAYS) + "   efficiency by wall, by processor: 2 workers, joblib, joblib on Dask")
     with work.cluster() as workers, Client(workers) as client:
         for name, make in JOBS.items():
             if not name.startswith(wanted):
@@ -112,10 +112,9 @@ def main():
             with tempfile.TemporaryDirectory() as folder:
                 job = make(folder, given.tasks)
                 least = least_times(job, client, given.rounds)
-            own, *others = least.values()
-            share = work.CORES * own / len(job.tasks)
-            ratios = ", ".join(f"{100 * own / other:.0f} %" for other in others)
-            print(f"{name:<18}{len(job.tasks):>6}{share:>10.2f}" + "".join(f"{t:>16.2f}" for t in least.values()) + f"   {ratios}", flush=True)
+            (wall, cpu), *others = least.values()
+            ratios = [", ".join(f"{100 * own / other[k]:.0f} %" for other in others) for k, own in enumerate((wall, cpu))]
+            print(f"{name:<16}{len(job.tasks):>6}{cpu / len(job.tasks):>13.2f}" + "".join(f"{t:>16.2f}" for t, _ in least.values()) + f"   {'; '.join(ratios)}", flush=True)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """The work that is timed, and the ways to do it on two cores."""
 
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import flexure
 import flexure.dask
 import joblib
 import numpy as np
+import psutil
 from distributed import LocalCluster
 
 CORES = 2
@@ -17,6 +19,27 @@ MONTE_CARLO = 200_000
 def cluster():
     """Two worker processes of one thread each, as `flexure.dask` wants them."""
     return LocalCluster(n_workers=CORES, threads_per_worker=1, dashboard_address=":0")
+
+
+def processor_times():
+    """Seconds on the processor so far by process: this one, and all that it has started."""
+    own = psutil.Process()
+    seconds = {}
+    for process in [own, *own.children(recursive=True)]:
+        try:
+            times = process.cpu_times()
+            seconds[process.pid] = times.user + times.system
+        except psutil.NoSuchProcess:
+            pass
+    return seconds
+
+
+def timed(run):
+    """Wall time and processor time of a call, in s."""
+    before, begun = processor_times(), time.perf_counter()
+    run()
+    wall = time.perf_counter() - begun
+    return wall, sum(seconds - before.get(pid, 0) for pid, seconds in processor_times().items())
 
 
 def arm(samples):

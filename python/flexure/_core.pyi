@@ -36,9 +36,11 @@ __all__ = [
     "__version__",
     "identify_axes",
     "identify_joint",
+    "merged_sums",
     "prepare",
     "read_record",
     "sample_time",
+    "shard_sums",
     "structures",
 ]
 
