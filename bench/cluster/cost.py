@@ -80,10 +80,11 @@ def system(client, folder, tasks, samples):
     return 16 * tasks * samples, *measured(client, run)
 
 
+# Name: how, the tasks and the samples of each that are measured, and the samples of each of all tasks.
 JOBS = {
-    "joints of 1e6 samples, one a task": (fleet, 2, 1_000_000),
-    "regression, 1e6 rows a task": (regression, 8, 1_000_000),
-    "Hammerstein system, 1e6 samples a task": (system, 8, 1_000_000),
+    "10,000 joints, one a task": (fleet, 2, 100_000, 1_000_000),
+    "regression, a partition a task": (regression, 4, 1_000_000, 1_000_000),
+    "Hammerstein system, a shard a task": (system, 4, 1_000_000, 1_000_000),
 }
 
 
@@ -96,7 +97,7 @@ def main():
     columns = ["ns a sample", "B a sample read", "kB a task sent", "MB a worker", "hours", "GB read", "GB sent", "MB/s read"]
     print(f"{'job':<40}" + "".join(f"{name:>17}" for name in columns))
     with work.cluster() as workers, Client(workers) as client:
-        for name, (run, tasks, samples) in JOBS.items():
+        for name, (run, tasks, samples, of_each) in JOBS.items():
             rounds = []
             for _ in range(given.rounds):
                 with tempfile.TemporaryDirectory() as folder:
@@ -104,7 +105,7 @@ def main():
             size, seconds, sent, memory = (min(values) for values in zip(*rounds))
             done = tasks * samples
             ns = 1e9 * seconds / done
-            all_tasks = given.samples / samples
+            all_tasks = given.samples / of_each
             total = given.samples * ns * 1e-9 / given.workers
             read = given.samples * size / done
             row = [ns, size / done, sent / tasks / 1e3, memory / 1e6, total / 3600, read / 1e9, all_tasks * sent / tasks / 1e9, read / total / 1e6]

@@ -105,7 +105,7 @@ def main():
     given = parser.parse_args()
     wanted = tuple(given.jobs.split(","))
     print(f"{'job':<16}{'tasks':>6}{'CPU s a task':>13}" + "".join(f"{name:>16}" for name in WAYS) + "   efficiency by wall, by processor: 2 workers, joblib, joblib on Dask")
-    with work.cluster() as workers, Client(workers) as client:
+    with work.cluster() as workers, Client(workers, direct_to_workers=True) as client:
         for name, make in JOBS.items():
             if not name.startswith(wanted):
                 continue

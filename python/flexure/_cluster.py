@@ -29,7 +29,7 @@ def on_cluster(client: Any) -> Iterator[Any]:
         yield client
         return
     distributed = installed("distributed")
-    with distributed.LocalCluster(threads_per_worker=1, dashboard_address=":0") as cluster, distributed.Client(cluster) as own:
+    with distributed.LocalCluster(threads_per_worker=1, dashboard_address=":0") as cluster, distributed.Client(cluster, direct_to_workers=True) as own:
         yield own
 
 
