@@ -46,6 +46,8 @@
 
 mod body;
 mod dynamics;
+#[cfg(test)]
+mod exudyn_tests;
 mod linearised;
 #[cfg(test)]
 mod modes_tests;
