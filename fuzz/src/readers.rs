@@ -6,9 +6,10 @@ use std::ops::ControlFlow;
 
 use anyhow::{Context as _, Result, ensure};
 use flexure::manipulator::chain::{ChainSimulation, DrivenChain, RotorCoupling, simulate_chain_watched};
+use flexure::manipulator::flexible_arm::simulate_flexible_arm_watched;
 use flexure::systems::{KnownHammerstein, KnownNonlinearity, known_linear_parts};
 use flexure_export::{Fmi, Format, Options, export};
-use flexure_io::arm::{ArmFile, PRESETS, SCENARIOS, Scenario, chain_of_toml, preset_text};
+use flexure_io::arm::{ArmFile, ChainFile, PRESETS, SCENARIOS, Scenario, chain_file_of_toml, preset_text};
 use flexure_io::urdf::{UrdfOptions, parse_urdf};
 use flexure_io::{ReadOptions, model_text, parse_model, write_record};
 use flexure_workbench::export::exportable;
@@ -116,7 +117,7 @@ impl Target for Arms {
 struct Chains {
     name: &'static str,
     seeds: Vec<Vec<u8>>,
-    read: fn(&str) -> Result<DrivenChain>,
+    read: fn(&str) -> Result<ChainFile>,
 }
 
 impl Target for Chains {
@@ -145,8 +146,17 @@ impl Target for Chains {
                 false => ControlFlow::Break(()),
             }
         };
-        let options = ChainSimulation::new(&chain, 0.01, 0.001)?;
-        if let Ok(record) = simulate_chain_watched(&chain, &[], &options, &mut few) {
+        let record = match chain {
+            ChainFile::Chain(chain) => {
+                let options = ChainSimulation::new(&chain, 0.01, 0.001)?;
+                simulate_chain_watched(&chain, &[], &options, &mut few)
+            }
+            ChainFile::FlexibleArm(arm) => {
+                let options = ChainSimulation::from_state(vec![0.0; arm.dimension()], 0.01, 0.001)?;
+                simulate_flexible_arm_watched(&arm, &[], &options, &mut few)
+            }
+        };
+        if let Ok(record) = record {
             let mut values = record.columns().flat_map(|(_, samples)| samples);
             ensure!(values.all(|v| v.is_finite()), "the motion is not finite");
         }
@@ -154,9 +164,9 @@ impl Target for Chains {
     }
 }
 
-fn urdf(text: &str) -> Result<DrivenChain> {
+fn urdf(text: &str) -> Result<ChainFile> {
     let chain = parse_urdf(text, Path::new("robot.urdf"), &UrdfOptions::default())?;
-    Ok(DrivenChain::new(chain, &[], RotorCoupling::None)?)
+    Ok(ChainFile::Chain(DrivenChain::new(chain, &[], RotorCoupling::None)?))
 }
 
 /// A control scenario.
@@ -320,17 +330,19 @@ pub fn all(fixtures: &Path) -> Result<Vec<Box<dyn Target>>> {
         .iter()
         .map(|(name, _)| Ok(preset_text(name)?.as_bytes().to_vec()));
     targets.push(Box::new(Arms(arms.collect::<Result<_>>()?)));
-    for (name, seed, read) in [
+    let chains = [
+        &include_bytes!("chain.toml")[..],
+        include_bytes!("../../docs/examples/flexible-arm.toml"),
+    ];
+    for (name, seeds, read) in [
         (
             "urdf",
-            &include_bytes!("robot.urdf")[..],
-            urdf as fn(&str) -> Result<DrivenChain>,
+            &[&include_bytes!("robot.urdf")[..]][..],
+            urdf as fn(&str) -> Result<ChainFile>,
         ),
-        ("chain", include_bytes!("chain.toml"), |text| {
-            Ok(chain_of_toml(text, "the chain")?)
-        }),
+        ("chain", &chains, |text| Ok(chain_file_of_toml(text, "the chain")?)),
     ] {
-        let seeds = vec![seed.to_vec()];
+        let seeds = seeds.iter().map(|seed| seed.to_vec()).collect();
         targets.push(Box::new(Chains { name, seeds, read }));
     }
     let scenarios = SCENARIOS.iter().chain(&commands::SCENARIOS);

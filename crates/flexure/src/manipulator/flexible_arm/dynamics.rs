@@ -300,6 +300,9 @@ impl Share {
         for k in 0..2 {
             let row: Vec<f64> = rigid[k].iter().chain(&local.by[k]).copied().collect();
             for (i, (own, bias)) in row.iter().zip(&mut self.bias).enumerate() {
+                if *own == 0.0 {
+                    continue;
+                }
                 let own = mass * own;
                 *bias += own * acceleration[k];
                 let entries = &mut self.mass[i * row.len()..(i + 1) * row.len()];
