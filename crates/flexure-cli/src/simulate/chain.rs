@@ -166,7 +166,7 @@ pub fn run(arguments: &Arguments, chain: &Machine) -> Result<()> {
 }
 
 fn said(arguments: &Arguments, chain: &Machine, out: &Path, record: &Record, sample_time: f64) -> Result<()> {
-    let joints: Vec<&str> = chain.joints().into_iter().map(|(name, _)| name).collect();
+    let joints = chain.joints();
     if arguments.json {
         let object = json!({
             "samples": record.len(),
@@ -195,9 +195,8 @@ const FARTHEST: f64 = 1e6;
 
 /// Puts joints, and their motors, where they start.
 fn start(chain: &Machine, places: &[String], options: &mut ChainSimulation) -> Result<()> {
-    let joints = chain.joints();
+    let (joints, flexible) = (chain.joints(), chain.flexible());
     let (first, first_motor) = chain.places();
-    let known: Vec<&str> = joints.iter().map(|(name, _)| *name).collect();
     let names: Vec<&str> = places
         .iter()
         .map(|place| place.split('=').next().unwrap_or_default().trim())
@@ -211,20 +210,20 @@ fn start(chain: &Machine, places: &[String], options: &mut ChainSimulation) -> R
         let Some((name, value)) = parsed else {
             return Err(Usage(format!(
                 "--start has '{place}', but needs JOINT=VALUE with a value of at most {FARTHEST:e}, for example {}=0.5",
-                known.first().unwrap_or(&"JOINT")
+                joints.first().map_or("JOINT", String::as_str)
             ))
             .into());
         };
-        let Some(joint) = known.iter().position(|joint| *joint == name) else {
+        let Some(joint) = joints.iter().position(|joint| joint == name) else {
             return Err(Usage(format!(
                 "--start names the joint '{name}'; the joints are {}",
-                list(&known)
+                list(&joints)
             ))
             .into());
         };
         options.initial[first + joint] = value;
-        if joints[joint].1 {
-            let motor = joints[..joint].iter().filter(|(_, flexible)| *flexible).count();
+        if flexible[joint] {
+            let motor = flexible[..joint].iter().filter(|f| **f).count();
             options.initial[first_motor + motor] = value;
         }
     }

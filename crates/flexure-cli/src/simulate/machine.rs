@@ -11,14 +11,19 @@ use flexure_io::arm::ChainFile;
 pub struct Machine(pub ChainFile);
 
 impl Machine {
-    /// The joints that move, and whether each has a motor behind a spring.
-    pub fn joints(&self) -> Vec<(&str, bool)> {
+    /// The names of the joints that move.
+    pub fn joints(&self) -> Vec<String> {
         match &self.0 {
-            ChainFile::Chain(chain) => {
-                let names = chain.chain().joints().iter().map(String::as_str);
-                names.zip(chain.flexible()).collect()
-            }
-            ChainFile::FlexibleArm(arm) => arm.joints(),
+            ChainFile::Chain(chain) => chain.chain().joints().to_vec(),
+            ChainFile::FlexibleArm(arm) => arm.joints().into_iter().map(|(name, _)| name.to_owned()).collect(),
+        }
+    }
+
+    /// Whether each has a motor behind a spring.
+    pub fn flexible(&self) -> Vec<bool> {
+        match &self.0 {
+            ChainFile::Chain(chain) => chain.flexible(),
+            ChainFile::FlexibleArm(arm) => arm.joints().into_iter().map(|(_, flexible)| flexible).collect(),
         }
     }
 
