@@ -1,4 +1,4 @@
-from . import arms, axes, chains, control, joints, plots, prepare, records, regression, results, streams, systems
+from . import arms, axes, chains, control, flexible_arms, joints, plots, prepare, records, regression, results, streams, systems
 from ._core import (
     DataError,
     FileError,
@@ -11,6 +11,7 @@ from ._core import (
 from .arms import Arm
 from .chains import Chain
 from .axes import identify_axes
+from .flexible_arms import FlexibleArm
 from .joints import identify_joint
 from .records import read
 from .regression import KernelRegressor, KNNRegressor, SeriesRegressor, SplineRegressor
@@ -44,6 +45,7 @@ __all__ = [
     "Estimate",
     "Feedback",
     "FileError",
+    "FlexibleArm",
     "FlexureError",
     "FormTest",
     "Hammerstein",

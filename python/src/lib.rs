@@ -5,6 +5,7 @@ mod arrays;
 mod chain;
 mod control;
 mod errors;
+mod flexible_arm;
 mod identification;
 mod joint;
 mod model;
@@ -35,6 +36,8 @@ mod _core {
     use crate::control::{Controlled, Cusum, RecursiveFriction, RecursiveHammerstein, Scenario};
     #[pymodule_export]
     use crate::errors::{DataError, FileError, FlexureError, ParameterError, SimulationError, TooShortError};
+    #[pymodule_export]
+    use crate::flexible_arm::FlexibleArm;
     #[pymodule_export]
     use crate::identification::{Identification, StructureRow, structures};
     #[pymodule_export]

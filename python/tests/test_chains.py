@@ -156,7 +156,7 @@ axis = [0.0, 0.0, 1.0]
 length = 2.0
 stiffness = 300.0
 density = 0.7
-segments = 10
+count = 10
 springs = "middle"
 """
 
@@ -173,3 +173,24 @@ def test_a_clamped_beam_of_segments_vibrates_as_beams_do_and_no_torque_acts_on_i
     assert "tau_beam_bend1" not in run and np.ptp(run["q_beam_bend10"]) > 1e-3
     with pytest.raises(flexure.DataError, match=r"this chain needs \(0,\)"):
         chain.simulate(0.5, 0.01, [1.0])
+
+
+def test_the_same_beam_of_elements_or_modes_is_a_flexible_arm(tmp_path):
+    path = tmp_path / "beam.toml"
+    text = BEAM.replace("count = 10\nsprings = \"middle\"", "model = \"modes\"").replace("type = \"fixed\"\n", "")
+    path.write_text(text)
+    arm = flexure.FlexibleArm.from_toml(path)
+    assert (arm.joints, arm.driven, arm.nq) == (["root"], ["root"], 4)
+    exact = np.array([3.5160152685, 22.0344915647]) * np.sqrt(300.0 / 0.7) / 2.0**2 / (2 * np.pi)
+    assert [mode.frequency for mode in arm.modes(motors="held")[:2]] == pytest.approx(exact, rel=1e-9)
+    run = arm.simulate(0.1, 0.01, [1.0], q=[0.2, 0.0, 0.0, 0.0])
+    assert run["q_root"][0] == 0.2 and run["q_root"][-1] > 0.2 and run["tip_beam"][-1] < 0
+    q = [run[name][-1] for name in ["q_root", "e1_beam", "e2_beam", "e3_beam"]]
+    tip = arm.outline(q, 0, 2)[1]
+    turn = np.array([[np.cos(q[0]), np.sin(q[0])], [-np.sin(q[0]), np.cos(q[0])]])
+    assert (turn @ tip)[1] == pytest.approx(run["tip_beam"][-1], abs=1e-12)
+    with pytest.raises(flexure.FlexureError, match="make a flexible arm and no chain"):
+        flexure.Chain.from_toml(path)
+    path.write_text(BEAM)
+    with pytest.raises(flexure.ParameterError, match="no link is a beam of finite elements or modes"):
+        flexure.FlexibleArm.from_toml(path)

@@ -197,7 +197,7 @@ def test_the_sample_time_is_a_short_decimal():
     assert flexure.Hammerstein().fit(pd.Series(record.u, index), pd.Series(record.y, index)).dt_ == 0.01
 
 
-@pytest.mark.parametrize("name", ["arms", "chains", "joints", "regression", "systems"])
+@pytest.mark.parametrize("name", ["arms", "chains", "flexible_arms", "joints", "regression", "systems"])
 def test_the_examples_in_the_documentation_run(name):
     results = doctest.testmod(importlib.import_module(f"flexure.{name}"))
     assert results.attempted > 0 and results.failed == 0
