@@ -133,7 +133,7 @@ pub fn run(arguments: &Arguments, chain: &Machine) -> Result<()> {
         return Err(Usage(message.to_owned()).into());
     };
     prepare(&given.torques, [out], [])?;
-    let mut options = chain.from_rest(duration, sample_time)?;
+    let mut options = chain.at_rest(duration, sample_time)?;
     start(chain, &given.start, &mut options)?;
     let rows = options.sampling.rows();
     // Memory limits the number of samples, and the limit of the steps follows from that number.

@@ -63,7 +63,7 @@ impl Machine {
     }
 
     /// A run from rest, with all joints at zero.
-    pub fn from_rest(&self, duration: f64, sample_time: f64) -> Result<ChainSimulation> {
+    pub fn at_rest(&self, duration: f64, sample_time: f64) -> Result<ChainSimulation> {
         match &self.0 {
             ChainFile::Chain(chain) => ChainSimulation::new(chain, duration, sample_time),
             ChainFile::FlexibleArm(arm) => {
