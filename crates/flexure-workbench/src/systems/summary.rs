@@ -35,13 +35,7 @@ impl Identified {
         let (above, below): (Vec<_>, Vec<_>) = (result.warnings.iter()).partition(|w| is_fundamental(w));
         above.into_iter().for_each(|warning| lines.warning(warning));
         lines.sentence(verdict.text());
-        lines.item(
-            "structure",
-            format!(
-                "{}, method {}; ± is one standard error",
-                result.description, result.method
-            ),
-        );
+        lines.item("structure", format!("{}, method {}", result.description, result.method));
         lines.item(
             "RMS error",
             format!(
@@ -82,7 +76,13 @@ impl Identified {
     fn write_linear(&self, title: &str, own: &LinearBlock, lines: &mut Lines) {
         lines.item(title, linear_text(own, self.sample_time));
         lines.deeper(|lines| {
-            lines.item("coefficients", coefficients(own));
+            let listed = coefficients(own);
+            let errors = if listed.contains('±') {
+                "; ± one standard error"
+            } else {
+                ""
+            };
+            lines.item("coefficients", listed + errors);
             let roots = [
                 ("poles", poles_text(own, self.sample_time)),
                 ("zeros", roots_text(own.system.zeros())),
