@@ -4,8 +4,9 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use flexure::Record;
 use flexure::text::readable;
-use flexure_io::{ReadOptions, Topic};
+use flexure_io::{RecordFile, Topic};
 use flexure_workbench::look::{Inspection, Request, Suggestion};
 use flexure_workbench::text::decimal;
 use serde_json::json;
@@ -68,12 +69,13 @@ fn typed(record: &Path, suggestion: &Suggestion, further: impl IntoIterator<Item
     command_line(record.into_iter().chain(options.map(Into::into)))
 }
 
-/// The command to type after a record was written: what a look at it suggests, or the look where that takes long.
-pub fn next_for(record: &Path, samples: usize) -> Option<String> {
-    if samples > LOOKED_AT {
-        return Some(command_line([OsString::from("look"), record.into()]));
+/// The command to type after this record was written to `path`: what a look at it suggests, or the look where that takes long.
+pub fn next_for(record: Record, units: Vec<Option<String>>, path: &Path) -> Option<String> {
+    if record.len() > LOOKED_AT {
+        return Some(command_line([OsString::from("look"), path.into()]));
     }
-    let file = ReadOptions::default().read(record).ok()?;
+    let mut file = RecordFile::in_memory(record, &path.display().to_string());
+    file.units = units;
     let request = Request {
         time: file.instants(None, &[]).ok()?,
         sample_time: None,
@@ -82,7 +84,7 @@ pub fn next_for(record: &Path, samples: usize) -> Option<String> {
     };
     let inspection = spinning("looking", || Inspection::new(&file, &request)).ok()?;
     let suggestion = inspection.suggestion.as_ref()?;
-    Some(typed(record, suggestion, []))
+    Some(typed(path, suggestion, []))
 }
 
 /// Lists the topics of a bag of which none was chosen, and what to type next; passes on any other error.

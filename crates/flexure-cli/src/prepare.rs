@@ -234,7 +234,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         };
         lines.push(format!("{samples} missing, written as NaN{hint}"));
     }
-    let next = look::next_for(&arguments.out, prepared.table.len());
+    let next = look::next_for(record, units, &arguments.out);
     lines.extend(
         next.into_iter()
             .flat_map(|next| [String::new(), format!("next: {next}")]),

@@ -415,3 +415,26 @@ fn what_is_refused_says_what_to_do() {
     assert_eq!(outcome.code, Some(1));
     assert!(outcome.stderr.contains("back.csv: "), "{}", outcome.stderr);
 }
+
+/// The command that is printed last can be typed: the record is looked at before it is written.
+#[test]
+fn what_to_type_next_is_said() {
+    let folder = Folder::new();
+    let (mut seed, mut y, mut rows) = (1_u64, 0.0, String::from("t,valve,level\n"));
+    for i in 0..600 {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        let u = (seed >> 40) as f64 / (1 << 24) as f64;
+        let level = if i == 300 { String::new() } else { format!("{y}") };
+        rows.push_str(&format!("{},{u},{level}\n", i as f64 * 0.01));
+        y = 0.6 * y + u;
+    }
+    folder.write("log.csv", rows);
+    let text = folder.done("prepare log.csv --fill 1 -o out.csv");
+    let next = text.trim_end().rsplit_once("next: flexure ").map(|(_, next)| next);
+    let next = next.unwrap_or_else(|| panic!("{text}"));
+    assert!(
+        next.starts_with("identify out.csv --input valve --output level"),
+        "{next}"
+    );
+    folder.done(next);
+}

@@ -255,9 +255,8 @@ fn samples_near_the_new_instants_keep_their_values() {
         .collect();
     // A command that jumps, which a spline through the instants as they are would overshoot.
     let x: Vec<f64> = kept.iter().map(|i| if i / 10 % 2 == 0 { 0.0 } else { 1.0 }).collect();
-    let grid = Grid::over([t[0], t[t.len() - 1]], 0.25).unwrap();
+    let grid = grid(0.0, 0.25, 200);
     let smooth = Resampling::default().resample(&t, &x, &grid).unwrap();
-    assert_eq!(smooth.len(), 200);
     for (i, x) in kept.iter().zip(&x) {
         assert!((smooth[*i] - x).abs() < 1e-14, "{i}: {} {x}", smooth[*i]);
     }
