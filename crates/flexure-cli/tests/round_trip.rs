@@ -198,7 +198,7 @@ fn outputs_are_replaced() {
     folder.write("model.json", "old");
     folder.write("report.html", "old");
     let printed = folder.done(command);
-    assert!(printed.ends_with("wrote model.json\nwrote report.html\n"), "{printed}");
+    assert!(printed.contains("\nwrote model.json\nwrote report.html\n"), "{printed}");
     let first = folder.content();
     assert_eq!(
         first.keys().collect::<Vec<_>>(),

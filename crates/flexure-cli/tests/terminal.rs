@@ -54,8 +54,7 @@ fn no_line_is_wide_and_the_result_comes_first() {
         "identify r.csv --input u --output y --structure volterra",
         "validate m.json r.csv --input u --output y",
     ] {
-        let text = folder.done(command);
-        for line in text.lines() {
+        for line in folder.run(command).stdout.lines() {
             assert!(line.chars().count() <= 100, "{line}");
         }
     }

@@ -103,7 +103,7 @@ impl Layout {
         }
         let table = table_below(head, options);
         let skip = match &table {
-            Some(table) if table.has_header && options.skip == 0 => table.line - 1,
+            Some(table) if table.is_sure && options.skip == 0 => table.line - 1,
             _ => options.skip,
         };
         let lines = first_lines(head, skip, LINES);
@@ -234,8 +234,8 @@ fn first_lines(head: &[u8], skip: u64, count: usize) -> Vec<Line> {
 struct TableBelow {
     /// The line on which it seems to begin.
     line: u64,
-    /// Whether it has a header of its own. Then the lines above it are none.
-    has_header: bool,
+    /// Whether it has a header of its own, and all lines above have fewer fields. Then none of these is its header.
+    is_sure: bool,
 }
 
 /// Looks for a table below other lines. The first line has another number of fields. The lines of the table have equally many, and numbers in the
@@ -263,9 +263,11 @@ fn table_below(head: &[u8], options: &ReadOptions) -> Option<TableBelow> {
                 .take_while(|row| is_heading(row))
                 .count();
             let has_lines_before = rows[0].len() != last.len() && block.len() - samples + headings >= TABLE_LINES;
+            let first = others + 1 + samples - headings;
+            let filled = |row: &Vec<String>| row.iter().rposition(|field| !field.is_empty()).map_or(0, |i| i + 1);
             let table = || TableBelow {
-                line: lines[others + 1 + samples - headings].number,
-                has_header: headings > 0,
+                line: lines[first].number,
+                is_sure: headings > 0 && rows[..first].iter().all(|row| filled(row) < last.len()),
             };
             (has_lines_before && last.len() > 1 && !numbers.is_empty()).then(|| (last.len(), table()))
         });
