@@ -170,7 +170,10 @@ def test_a_clamped_beam_of_segments_vibrates_as_beams_do_and_no_torque_acts_on_i
     found = [mode.frequency for mode in chain.modes()[:2]]
     assert found / exact - 1 == pytest.approx([0.0022989, 0.0080167], rel=1e-4)
     run = chain.simulate(0.5, 0.01, v=np.full(10, 0.1))
-    assert "tau_beam_bend1" not in run and np.ptp(run["q_beam_bend10"]) > 1e-3
+    assert "tau_beam_bend1" not in run
+    # The moment falls from the clamped end to the free one.
+    bends = [np.ptp(run[f"q_beam_bend{i}"]) for i in range(1, 11)]
+    assert bends[0] > 0.01 and np.all(np.diff(bends) < 0)
     with pytest.raises(flexure.DataError, match=r"this chain needs \(0,\)"):
         chain.simulate(0.5, 0.01, [1.0])
 
