@@ -13,6 +13,7 @@ type _Array = npt.NDArray[np.float64]
 __all__ = [
     "Arm",
     "Chain",
+    "FlexibleArm",
     "Controlled",
     "Cusum",
     "DataError",
@@ -271,6 +272,7 @@ class FlexibleArm:
     def modes(self, q: Sequence[float], held: bool) -> list[tuple[float, float, list[float]]]: ...
     def outline(self, q: Sequence[float], link: int, count: int) -> list[tuple[float, float]]: ...
 
+@final
 class Chain:
     @staticmethod
     def read_urdf(path: str | PathLike[str], base: str, gravity: tuple[float, float, float]) -> Chain: ...

@@ -221,7 +221,7 @@ class System(BaseEstimator):  # type: ignore[misc]
 
     @property
     def form_(self) -> FormTest | None:
-        """The physical form that was fitted to the nonlinearity and its test; None where none was asked for."""
+        """The physical form that was asked for, else one that suffices, and its test; None where there is none."""
         self._fitted()
         found = self.result_.get("form")
         return None if found is None else FormTest.of(found)

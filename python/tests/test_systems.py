@@ -136,7 +136,7 @@ def test_branches_of_several_inputs_are_the_truth():
     with pytest.raises(flexure.DataError, match=r"shape \(2, 4000\), but m inputs of n samples have the shape"):
         flexure.MultipleInputs().fit(record.u.T, record.y)
     with pytest.raises(flexure.ParameterError, match="several inputs: input="):
-        flexure.MultipleInputs().fit({"a": record.u[:, 0], "y": record.y}, input="a", output="y")
+        flexure.JointInputs().fit({"a": record.u[:, 0], "y": record.y}, input="a", output="y")
     with pytest.raises(flexure.ParameterError, match="'a,b' must have no comma"):
         flexure.JointInputs().fit(record.u, record.y, input=["a,b", "c"])
 
