@@ -312,13 +312,7 @@ class Chain:
         >>> [round(mode.frequency, 3) for mode in Chain.from_text(rod).modes()]
         [0.644]
         """
-        if motors not in ("free", "held"):
-            raise ParameterError(f"motors is {motors!r}, but must be 'free' or 'held'")
-        place = self.neutral if q is None else _vector(q, "q", self.nq)
-        return [
-            Mode(math.sqrt(square) / (2 * math.pi) if square >= 0 else math.nan, damping, np.array(shape))
-            for square, damping, shape in self._core.modes(place.tolist(), motors == "held")
-        ]
+        return _modes(self._core, self.neutral if q is None else _vector(q, "q", self.nq), motors)
 
     def energy(self, q: Any, v: Any) -> Energy:
         """The kinetic and the potential energy, J."""
@@ -418,6 +412,16 @@ class Chain:
                 raise DataError(f"'{name}' has {array.shape[:-1]} states, but '{first}' has {shape}")
             flat.append(samples(array.reshape(-1), name))
         return shape or (), flat
+
+
+def _modes(core: _core.Chain | _core.FlexibleArm, q: Array, motors: str) -> list[Mode]:
+    """The modes near rest at a position."""
+    if motors not in ("free", "held"):
+        raise ParameterError(f"motors is {motors!r}, but must be 'free' or 'held'")
+    return [
+        Mode(math.sqrt(square) / (2 * math.pi) if square >= 0 else math.nan, damping, np.array(shape))
+        for square, damping, shape in core.modes(q.tolist(), motors == "held")
+    ]
 
 
 def _vector(values: Any, name: str, width: int) -> Array:

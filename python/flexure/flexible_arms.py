@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from os import PathLike, fspath
 from typing import Any, Literal, Self
 
@@ -12,7 +11,7 @@ import numpy.typing as npt
 from flexure import _core
 from flexure._arrays import finite_number, samples
 from flexure._core import DataError, ParameterError
-from flexure.chains import Mode, _vector
+from flexure.chains import Mode, _modes, _vector
 
 __all__ = ["FlexibleArm"]
 
@@ -104,13 +103,7 @@ class FlexibleArm:
         ParameterError
             A free base under gravity, which is never at rest.
         """
-        if motors not in ("free", "held"):
-            raise ParameterError(f"motors is {motors!r}, but must be 'free' or 'held'")
-        place = np.zeros(self.nq) if q is None else _vector(q, "q", self.nq)
-        return [
-            Mode(math.sqrt(square) / (2 * math.pi) if square >= 0 else math.nan, damping, np.array(shape))
-            for square, damping, shape in self._core.modes(place.tolist(), motors == "held")
-        ]
+        return _modes(self._core, np.zeros(self.nq) if q is None else _vector(q, "q", self.nq), motors)
 
     def outline(self, q: Any, link: int, count: int = 50) -> Array:
         """Places along the axis of a bent link from its root to its tip, m in the world, shape (count, 2); of a rigid link its origin alone.

@@ -1,25 +1,23 @@
 //! Chains of links: dynamics of many states at once, and runs in time.
 
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use flexure::manipulator::chain::{
-    Base, ChainData, ChainPreset, ChainSimulation, DrivenChain, Motors, RotorCoupling, chain_columns,
-    simulate_chain_watched,
+    Base, ChainData, ChainPreset, DrivenChain, RotorCoupling, chain_columns, simulate_chain_watched,
 };
-use flexure::simulation::{Sampling, Tolerances};
 use flexure_io::arm::chain_of_toml;
+use flexure_io::read_text;
 use flexure_io::urdf::{UrdfOptions, parse_urdf, read_urdf};
-use flexure_io::{check_computed, read_text};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 
-use crate::arrays::{Column, array, columns, slices};
+use crate::arrays::{Column, array};
 use crate::errors::{of_any, of_library};
 use crate::names::known;
-use crate::run::{briefly, interruptible};
+use crate::run::briefly;
+use crate::runs;
 
 /// States between two looks for signals: some hundredths of a second.
 const STATES: usize = 1 << 15;
@@ -126,9 +124,7 @@ impl Chain {
 
     /// The number of instants of a simulation, for whose record there is memory.
     fn instants(&self, duration: f64, dt: f64) -> PyResult<usize> {
-        let rows = Sampling::new(duration, dt).map_err(|error| of_library(&error))?.rows();
-        check_computed(rows, chain_columns(&self.0).len()).map_err(|error| of_any(&error.into()))?;
-        Ok(rows)
+        runs::instants(duration, dt, chain_columns(&self.0).len())
     }
 
     /// The columns of a simulation under torques, one column a joint, from a state `[q, qm, v, vm]`.
@@ -141,20 +137,14 @@ impl Chain {
         tolerances: [f64; 2],
     ) -> PyResult<Bound<'py, PyDict>> {
         let chain = Arc::clone(&self.0);
-        let record = interruptible(py, move |interrupt| {
-            let options = ChainSimulation {
-                initial,
-                tolerances: Tolerances {
-                    rtol: tolerances[0],
-                    atol: tolerances[1],
-                    ..Tolerances::default()
-                },
-                sampling: Sampling::new(span[0], span[1])?,
-            };
-            let mut watch = |_| -> ControlFlow<()> { interrupt.flow() };
-            simulate_chain_watched(&chain, &slices(&torques), &options, &mut watch)
-        })?;
-        columns(py, &record.map_err(|error| of_library(&error))?)
+        runs::run(
+            py,
+            torques,
+            initial,
+            span,
+            tolerances,
+            move |torques, options, watch| simulate_chain_watched(&chain, torques, options, watch),
+        )
     }
 
     /// The names of the joints that move.
@@ -259,15 +249,7 @@ impl Chain {
 
     /// The modes near rest at a position, the lowest first: squared frequency, damping ratio and shape of each.
     fn modes(&self, q: Vec<f64>, held: bool) -> PyResult<Vec<(f64, f64, Vec<f64>)>> {
-        let motors = if held { Motors::Held } else { Motors::Free };
-        let near = self.0.linearised(&mut self.0.data(), &q);
-        let modes = near
-            .and_then(|near| near.modes(motors))
-            .map_err(|error| of_library(&error))?;
-        let parts = modes
-            .into_iter()
-            .map(|mode| (mode.square, mode.damping_ratio, mode.shape));
-        Ok(parts.collect())
+        runs::modes(self.0.linearised(&mut self.0.data(), &q), held)
     }
 
     /// Kinetic and potential energy of states one after the other.

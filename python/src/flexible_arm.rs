@@ -1,20 +1,17 @@
 //! Flexible arms in a plane: their modes, their shape and runs in time.
 
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use flexure::manipulator::chain::{ChainSimulation, Motors};
 use flexure::manipulator::flexible_arm::{flexible_arm_columns, simulate_flexible_arm_watched};
-use flexure::simulation::{Sampling, Tolerances};
 use flexure_io::arm::{ChainFile, chain_file_of_toml};
-use flexure_io::{check_computed, read_text};
+use flexure_io::read_text;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{Column, columns, slices};
+use crate::arrays::Column;
 use crate::errors::{ParameterError, of_any, of_library};
-use crate::run::interruptible;
+use crate::runs;
 
 /// An arm of flexible links in a plane.
 #[pyclass(frozen, module = "flexure._core")]
@@ -62,9 +59,7 @@ impl FlexibleArm {
 
     /// The number of instants of a simulation, for whose record there is memory.
     fn instants(&self, duration: f64, dt: f64) -> PyResult<usize> {
-        let rows = Sampling::new(duration, dt).map_err(|error| of_library(&error))?.rows();
-        check_computed(rows, flexible_arm_columns(&self.0).len()).map_err(|error| of_any(&error.into()))?;
-        Ok(rows)
+        runs::instants(duration, dt, flexible_arm_columns(&self.0).len())
     }
 
     /// The columns of a simulation under torques, one column a driven joint, from a state `[q, qm, v, vm]`.
@@ -77,30 +72,19 @@ impl FlexibleArm {
         tolerances: [f64; 2],
     ) -> PyResult<Bound<'py, PyDict>> {
         let arm = Arc::clone(&self.0);
-        let record = interruptible(py, move |interrupt| {
-            let options = ChainSimulation {
-                initial,
-                tolerances: Tolerances {
-                    rtol: tolerances[0],
-                    atol: tolerances[1],
-                    ..Tolerances::default()
-                },
-                sampling: Sampling::new(span[0], span[1])?,
-            };
-            let mut watch = |_| -> ControlFlow<()> { interrupt.flow() };
-            simulate_flexible_arm_watched(&arm, &slices(&torques), &options, &mut watch)
-        })?;
-        columns(py, &record.map_err(|error| of_library(&error))?)
+        runs::run(
+            py,
+            torques,
+            initial,
+            span,
+            tolerances,
+            move |torques, options, watch| simulate_flexible_arm_watched(&arm, torques, options, watch),
+        )
     }
 
     /// The modes near rest at a position, the lowest first: squared frequency, damping ratio and shape of each.
     fn modes(&self, q: Vec<f64>, held: bool) -> PyResult<Vec<(f64, f64, Vec<f64>)>> {
-        let motors = if held { Motors::Held } else { Motors::Free };
-        let modes = self.0.linearised(&q).and_then(|near| near.modes(motors));
-        let parts = modes.map_err(|error| of_library(&error))?.into_iter();
-        Ok(parts
-            .map(|mode| (mode.square, mode.damping_ratio, mode.shape))
-            .collect())
+        runs::modes(self.0.linearised(&q), held)
     }
 
     /// Places along the axis of a link at a position.

@@ -14,6 +14,7 @@ mod prepare;
 mod record;
 mod regression;
 mod run;
+mod runs;
 mod sharded;
 mod streamed;
 
