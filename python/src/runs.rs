@@ -12,10 +12,13 @@ use crate::arrays::{Column, columns, slices};
 use crate::errors::{of_any, of_library};
 use crate::run::interruptible;
 
-/// What stops a run: it hears the simulated time.
+/// Called with the simulated time; it can stop a run.
 type Watch<'a> = dyn FnMut(f64) -> ControlFlow<()> + 'a;
 
-/// The number of instants of a simulation, for whose record of so many columns there is memory.
+/// The number of instants of a simulation.
+///
+/// # Errors
+/// If there is no memory for its record, which has this number of columns.
 pub fn instants(duration: f64, dt: f64, columns: usize) -> PyResult<usize> {
     let rows = Sampling::new(duration, dt).map_err(|error| of_library(&error))?.rows();
     check_computed(rows, columns).map_err(|error| of_any(&error.into()))?;

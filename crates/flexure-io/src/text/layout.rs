@@ -234,7 +234,7 @@ fn first_lines(head: &[u8], skip: u64, count: usize) -> Vec<Line> {
 struct TableBelow {
     /// The line on which it seems to begin.
     line: u64,
-    /// Whether it has a header of its own, and all lines above have fewer fields. Then none of these is its header.
+    /// Whether it has its own header and more fields than every line above. Then the lines above can be left out.
     is_sure: bool,
 }
 
