@@ -48,7 +48,14 @@ fn propagated(covariance: Option<PoleCovariance>, [re, im]: [f64; 2]) -> f64 {
 /// One pole, or a pair by the one of positive imaginary part.
 fn pole_text(z: Complex<f64>, sample_time: Option<f64>, covariance: Option<PoleCovariance>) -> String {
     let step = sample_time.unwrap_or(1.0);
-    let unstable = if z.norm() > 1.0 + INTEGRATOR { " (unstable)" } else { "" };
+    let error = covariance.map_or(0.0, |c| (c.real + c.imaginary).max(0.0).sqrt());
+    let is_determined = error < z.norm() * z.ln().norm();
+    let covariance = covariance.filter(|_| is_determined);
+    let remark = match (is_determined, z.norm() > 1.0 + INTEGRATOR) {
+        (false, _) if error > 0.0 => " (not determined)",
+        (_, true) => " (unstable)",
+        _ => "",
+    };
     if z.im > 0.0 {
         let s = z.ln() / step;
         let unit = if sample_time.is_some() { "Hz" } else { "cycles/sample" };
@@ -64,7 +71,7 @@ fn pole_text(z: Complex<f64>, sample_time: Option<f64>, covariance: Option<PoleC
             error if error > 0.0 => with_error(-s.re / s.norm(), error),
             _ => format!("{:.3}", -s.re / s.norm()),
         };
-        return format!("{frequency} {unit} with damping {damping}{unstable}");
+        return format!("{frequency} {unit} with damping {damping}{remark}");
     }
     match z.re {
         r if (r - 1.0).abs() <= INTEGRATOR => "an integrator".to_owned(),
@@ -72,10 +79,10 @@ fn pole_text(z: Complex<f64>, sample_time: Option<f64>, covariance: Option<PoleC
             let unit = if sample_time.is_some() { "s" } else { "samples" };
             let slope = step / (r * r.ln().powi(2));
             let constant = with_error((step / r.ln()).abs(), propagated(covariance, [slope, 0.0]));
-            format!("time constant {constant} {unit}{unstable}")
+            format!("time constant {constant} {unit}{remark}")
         }
         0.0 => "0".to_owned(),
-        r => format!("{} (alternates from sample to sample){unstable}", number(r)),
+        r => format!("{} (alternates from sample to sample){remark}", number(r)),
     }
 }
 
@@ -162,6 +169,15 @@ mod tests {
         let text = |z| pole_text(z, Some(step), Some(covariance));
         assert_eq!(text(real), format!("time constant {constant} s"));
         assert_eq!(text(pair), format!("{frequency} Hz with damping {damping}"));
+        // An error as large as the pole's distance from 1 leaves nothing to say but that.
+        let wide = PoleCovariance {
+            real: 0.04,
+            ..covariance
+        };
+        assert_eq!(
+            pole_text(real, Some(step), Some(wide)),
+            "time constant 0.9491 s (not determined)"
+        );
     }
 
     #[test]
