@@ -39,6 +39,11 @@ fn listed(
     }
 }
 
+/// Whether the standard error of ln z is smaller than ln z itself. Otherwise neither time constant nor frequency is known.
+pub fn is_determined(z: Complex<f64>, covariance: &PoleCovariance) -> bool {
+    (covariance.real + covariance.imaginary).max(0.0).sqrt() < z.norm() * z.ln().norm()
+}
+
 /// The standard error of a function of a pole with these derivatives with respect to its real and its imaginary part; 0 where it is not known.
 fn propagated(covariance: Option<PoleCovariance>, [re, im]: [f64; 2]) -> f64 {
     let variance = |c: PoleCovariance| re * re * c.real + 2.0 * re * im * c.both + im * im * c.imaginary;
@@ -48,14 +53,13 @@ fn propagated(covariance: Option<PoleCovariance>, [re, im]: [f64; 2]) -> f64 {
 /// One pole, or a pair by the one of positive imaginary part.
 fn pole_text(z: Complex<f64>, sample_time: Option<f64>, covariance: Option<PoleCovariance>) -> String {
     let step = sample_time.unwrap_or(1.0);
-    let error = covariance.map_or(0.0, |c| (c.real + c.imaginary).max(0.0).sqrt());
-    let is_determined = error < z.norm() * z.ln().norm();
-    let covariance = covariance.filter(|_| is_determined);
-    let remark = match (is_determined, z.norm() > 1.0 + INTEGRATOR) {
-        (false, _) if error > 0.0 => " (not determined)",
-        (_, true) => " (unstable)",
-        _ => "",
+    let determined = covariance.filter(|c| is_determined(z, c));
+    let remark = match z.norm() > 1.0 + INTEGRATOR {
+        _ if covariance.is_some() && determined.is_none() => " (not determined)",
+        true => " (unstable)",
+        false => "",
     };
+    let covariance = determined;
     if z.im > 0.0 {
         let s = z.ln() / step;
         let unit = if sample_time.is_some() { "Hz" } else { "cycles/sample" };
@@ -169,7 +173,7 @@ mod tests {
         let text = |z| pole_text(z, Some(step), Some(covariance));
         assert_eq!(text(real), format!("time constant {constant} s"));
         assert_eq!(text(pair), format!("{frequency} Hz with damping {damping}"));
-        // An error as large as the pole's distance from 1 leaves nothing to say but that.
+        // With an error as large as ln z, nothing else can be said.
         let wide = PoleCovariance {
             real: 0.04,
             ..covariance

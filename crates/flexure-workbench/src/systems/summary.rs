@@ -189,8 +189,8 @@ fn coefficients(block: &LinearBlock) -> String {
     }
 }
 
-/// Whether no coefficient has a standard error above the largest one.
-fn determined(system: &TransferFunction, errors: &CoefficientErrors) -> bool {
+/// Whether no coefficient has a standard error above the largest one. Else errors of what follows from the coefficients mean nothing either.
+pub fn determined(system: &TransferFunction, errors: &CoefficientErrors) -> bool {
     let largest = |v: &[f64]| v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
     largest(&errors.b) <= largest(system.b()) && largest(&errors.a) <= largest(system.a())
 }

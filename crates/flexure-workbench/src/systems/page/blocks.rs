@@ -13,7 +13,8 @@ use crate::labels::Labels;
 use crate::plots::{evenly, median, unwrapped};
 use crate::systems::SETTLED;
 use crate::systems::json::parts;
-use crate::systems::summary::linear_text;
+use crate::systems::poles::is_determined;
+use crate::systems::summary::{determined, linear_text};
 use crate::systems::task::Identified;
 
 /// Frequencies of the Bode plot.
@@ -224,8 +225,15 @@ fn linear(title: &str, block: &LinearBlock, sample_time: Option<f64>) -> LinearP
     part
 }
 
-/// The bands of the frequency response and the regions of the poles, where the covariance of the coefficients is known.
+/// The bands of the frequency response where the covariance of the coefficients is known, and the regions of the poles that it determines.
 fn show_confidence(block: &LinearBlock, part: &mut LinearPart) {
+    if block
+        .errors
+        .as_ref()
+        .is_some_and(|errors| !determined(&block.system, errors))
+    {
+        return;
+    }
     let errors = shares().map(|share| block.response_error(std::f64::consts::PI * share));
     let Some(errors) = errors.collect::<Option<Vec<ResponseError>>>() else {
         return;
@@ -234,7 +242,8 @@ fn show_confidence(block: &LinearBlock, part: &mut LinearPart) {
     part.magnitude_error = errors.iter().map(|e| decibels * e.log_magnitude).collect();
     part.phase_error = errors.iter().map(|e| (NORMAL_95 * e.phase).to_degrees()).collect();
     let covariance = |[re, im]: &[f64; 2]| {
-        let found = block.pole_covariance(Complex::new(*re, *im));
+        let pole = Complex::new(*re, *im);
+        let found = block.pole_covariance(pole).filter(|c| is_determined(pole, c));
         found.map_or([f64::NAN; 3], |c| [c.real, c.both, c.imaginary])
     };
     part.pole_covariances = part.poles.iter().map(covariance).collect();

@@ -86,7 +86,9 @@ fn linear_facts(identified: &Identified) -> Vec<Fact> {
     let each = linear
         .map(|g| poles_text(g, identified.sample_time))
         .filter(|text| text != NONE);
-    let poles = Fact::new("Poles", joined(&orders), each.collect::<Vec<String>>().join("; "));
+    let note = each.collect::<Vec<String>>().join("; ");
+    // A narrow tile has no room for lines that may not be broken.
+    let poles = Fact::new("Poles", joined(&orders), note.replace('\u{a0}', " "));
     match orders.is_empty() {
         true => vec![delay],
         false => vec![poles, delay],
