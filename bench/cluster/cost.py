@@ -14,7 +14,7 @@ and those of whatever else runs on this machine.
 """
 
 import argparse
-import resource
+import logging
 import tempfile
 from pathlib import Path
 
@@ -28,8 +28,9 @@ import work
 
 
 def peak_memory():
-    """Of a worker, in bytes."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    """Of a worker, in bytes. `getrusage` would count what its parent process had."""
+    peak = next(line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("VmHWM:"))
+    return int(peak.split()[1]) * 1024
 
 
 def measured(client, run):
@@ -66,7 +67,6 @@ def system(client, folder, tasks, samples):
     """A Hammerstein system from a record in shards, one a task in every step."""
     import dask.array
 
-    folder.mkdir()
     for part in range(tasks):
         np.save(folder / f"{part}.npy", np.stack(work.hammerstein(part, samples)))
 
@@ -94,6 +94,8 @@ def main():
     parser.add_argument("--workers", type=int, default=32)
     parser.add_argument("--rounds", type=int, default=1, help="the least of so many measurements counts")
     given = parser.parse_args()
+    # Workers start anew before every job, which is no cause for a warning.
+    logging.getLogger("distributed.nanny").setLevel(logging.ERROR)
     columns = ["ns a sample", "B a sample read", "kB a task sent", "MB a worker", "hours", "GB read", "GB sent", "MB/s read"]
     print(f"{'job':<40}" + "".join(f"{name:>17}" for name in columns))
     with work.cluster() as workers, Client(workers) as client:

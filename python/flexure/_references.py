@@ -24,6 +24,8 @@ class NARX(System):
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     robust : bool
         Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
+    missing : bool
+        Whether outputs that are NaN are missing samples, which count neither in the fit nor in the verdict; else they are refused.
 
     Examples
     --------
@@ -62,6 +64,8 @@ class Volterra(System):
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     robust : bool
         Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
+    missing : bool
+        Whether outputs that are NaN are missing samples, which count neither in the fit nor in the verdict; else they are refused.
     """
 
     _structure = "volterra"

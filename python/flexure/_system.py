@@ -106,9 +106,10 @@ class System(BaseEstimator):  # type: ignore[misc]
 
     _structure: ClassVar[str] = ""
 
-    def __init__(self, *, fresh: float = 0.25, robust: bool = False) -> None:
+    def __init__(self, *, fresh: float = 0.25, robust: bool = False, missing: bool = False) -> None:
         self.fresh = fresh
         self.robust = robust
+        self.missing = missing
 
     def fit(
         self,

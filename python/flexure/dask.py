@@ -431,8 +431,13 @@ def simulate_batch(arm: Arm, torques: Iterable[Any], *, kind: str = "torque", cl
         size = max(1, -(-len(torques) // (8 * workers)))
         starts = range(0, len(torques), size)
         futures = [cluster.submit(_simulated, arm, torques[k : k + size], kind, k, retries=RETRIES, pure=False) for k in starts]
-        return [record for records in cluster.gather(futures) for record in records]
+        parts = cluster.gather(futures)
+    return [dict(zip(names, record, strict=True)) for names, ends, table in parts for record in np.split(table, ends, axis=1)]
 
 
-def _simulated(arm: Arm, torques: list[Any], kind: str, first: int) -> list[dict[str, npt.NDArray[np.float64]]]:
-    return arm.simulate_batch(torques, kind=kind, first=first)
+def _simulated(arm: Arm, torques: list[Any], kind: str, first: int) -> tuple[list[str], Any, npt.NDArray[np.float64]]:
+    """The names of the columns, where records begin after the first, and all in one array, since messages of many arrays take long."""
+    simulated = arm.simulate_batch(torques, kind=kind, first=first)
+    records = [np.array(list(record.values())) for record in simulated]
+    ends = np.cumsum([record.shape[1] for record in records])[:-1]
+    return list(simulated[0]), ends, np.hstack(records)

@@ -51,7 +51,7 @@ __all__ = [
 ]
 
 # The parameters of a Hammerstein system that one method alone has.
-_OWN = {"plain": ("kernel", "parameter", "lag", "ignore_colour"), "refined": ("form", "missing", "noise_model")}
+_OWN = {"plain": ("kernel", "parameter", "lag", "ignore_colour"), "refined": ("form", "noise_model")}
 
 
 class Hammerstein(System):
@@ -72,11 +72,11 @@ class Hammerstein(System):
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     robust : bool
         Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
-    form : str, optional
-        A physical form to fit to the nonlinearity and to test: "dead-zone", "saturation", "quantizer", "polynomial:N",
-        "friction" or "stiffness"; the result is ``result_["form"]``. For the refined method.
     missing : bool
-        Whether outputs that are NaN are missing samples. For the refined method.
+        Whether outputs that are NaN are missing samples, which count neither in the fit nor in the verdict; else they are refused.
+    form : str, optional
+        A physical form to fit to the nonlinearity and to test: "dead-zone", "saturation", "limited-dead-zone", "quantizer", "polynomial:N",
+        "friction" or "stiffness"; the result is ``result_["form"]``. For the refined method.
     noise_model : bool
         Whether the noise is whitened by an autoregression. For the refined method.
     nonlinearity : str
@@ -128,14 +128,13 @@ class Hammerstein(System):
         ignore_colour: bool = False,
         robust: bool = False,
     ) -> None:
-        super().__init__(fresh=fresh, robust=robust)
+        super().__init__(fresh=fresh, robust=robust, missing=missing)
         self.method = method
         self.order = order
         self.delay = delay
         self.unit = unit
         self.known = known
         self.form = form
-        self.missing = missing
         self.noise_model = noise_model
         self.nonlinearity = nonlinearity
         self.kernel = kernel
@@ -164,6 +163,8 @@ class Linear(System):
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     robust : bool
         Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
+    missing : bool
+        Whether outputs that are NaN are missing samples, which count neither in the fit nor in the verdict; else they are refused.
 
     Examples
     --------
@@ -189,6 +190,8 @@ class Wiener(System):
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     robust : bool
         Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
+    missing : bool
+        Whether outputs that are NaN are missing samples, which count neither in the fit nor in the verdict; else they are refused.
 
     Examples
     --------
@@ -214,6 +217,8 @@ class WienerHammerstein(System):
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     robust : bool
         Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
+    missing : bool
+        Whether outputs that are NaN are missing samples, which count neither in the fit nor in the verdict; else they are refused.
 
     Examples
     --------
@@ -240,6 +245,8 @@ class HammersteinWiener(System):
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     robust : bool
         Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
+    missing : bool
+        Whether outputs that are NaN are missing samples, which count neither in the fit nor in the verdict; else they are refused.
 
     Examples
     --------
@@ -270,6 +277,8 @@ class Feedback(System):
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     robust : bool
         Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
+    missing : bool
+        Whether outputs that are NaN are missing samples, which count neither in the fit nor in the verdict; else they are refused.
     """
 
     _structure = "feedback"
@@ -286,6 +295,8 @@ class Auto(System):
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     robust : bool
         Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
+    missing : bool
+        Whether outputs that are NaN are missing samples, which count neither in the fit nor in the verdict; else they are refused.
 
     Examples
     --------
@@ -315,12 +326,14 @@ class Parallel(System):
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     robust : bool
         Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
+    missing : bool
+        Whether outputs that are NaN are missing samples, which count neither in the fit nor in the verdict; else they are refused.
     """
 
     _structure = "parallel"
 
-    def __init__(self, *, branches: int | None = None, fresh: float = 0.25, robust: bool = False) -> None:
-        super().__init__(fresh=fresh, robust=robust)
+    def __init__(self, *, branches: int | None = None, fresh: float = 0.25, robust: bool = False, missing: bool = False) -> None:
+        super().__init__(fresh=fresh, robust=robust, missing=missing)
         self.branches = branches
 
 
@@ -333,6 +346,8 @@ class MultipleInputs(System):
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     robust : bool
         Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
+    missing : bool
+        Whether outputs that are NaN are missing samples, which count neither in the fit nor in the verdict; else they are refused.
 
     Examples
     --------
@@ -359,6 +374,8 @@ class JointInputs(System):
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     robust : bool
         Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
+    missing : bool
+        Whether outputs that are NaN are missing samples, which count neither in the fit nor in the verdict; else they are refused.
     """
 
     _structure = "joint-inputs"
@@ -375,6 +392,8 @@ def _generated(structure: Structure) -> type[System]:
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     robust : bool
         Whether outliers of the output are left out of the fit and of the verdict; else they are only named.
+    missing : bool
+        Whether outputs that are NaN are missing samples, which count neither in the fit nor in the verdict; else they are refused.
     """
     own = {"__doc__": text, "__module__": __name__, "_structure": structure.name}
     return type(name, (System,), own)

@@ -69,7 +69,6 @@ impl Options {
             calibration: self.calibration()?,
             start: estimator(&self.nonlinearity)?,
             noise_model: self.noise_model,
-            missing: self.missing,
             form: self.form()?,
             fresh_share: self.fresh,
         })
@@ -114,6 +113,7 @@ impl Options {
         let options = flexure::identify::Options {
             fresh_share: self.fresh,
             robust: self.robust,
+            missing: self.missing,
             branches: self.branches,
             hammerstein: self.hammerstein()?,
         };

@@ -98,3 +98,19 @@ class Report:
 @pytest.fixture
 def report(browser, page):
     return Report(browser, page).open()
+
+
+@pytest.fixture
+def app(browser, tmp_path):
+    from app_page import App
+
+    started = []
+
+    def start(*options):
+        started.append(App(browser, tmp_path / "project", *options))
+        return started[-1]
+
+    yield start
+    for one in started:
+        one.process.terminate()
+        one.process.wait(10)

@@ -1,131 +1,22 @@
-"""`flexure app` in the browser: from an untidy record to an FMU, two tabs, a cancelled fit, a large file, and pages of elsewhere."""
+"""`flexure app` in the browser: from an untidy record to an FMU, two tabs, a cancelled fit."""
 
-import http.client
-import http.server
 import json
 import math
 import os
 import random
 import subprocess
 import sys
-import threading
 import time
-import urllib.parse
 import zipfile
 from pathlib import Path
 
 import pytest
-from conftest import program
+from app_page import flexure, untidy
 from selenium.webdriver.common.keys import Keys
-from selenium.webdriver.support.ui import Select, WebDriverWait
+from selenium.webdriver.support.ui import Select
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "docs/examples"))
 import systems  # noqa: E402
-
-MEGABYTE = 1 << 20
-
-
-def flexure():
-    return program("FLEXURE_BINARY", "flexure")
-
-
-def untidy(path, samples=900, seed=1):
-    """A record as instruments write it: remarks, semicolons, decimal commas, a spike, a gap; a dead zone before a lag."""
-    rng = random.Random(seed)
-    lines = ["# logged by hand", "Time [s];Command (V);Speed [rad/s]"]
-    state = held = 0.0
-    for k in range(samples):
-        if k % 4 == 0:
-            held = rng.uniform(-2, 2)
-        effective = math.copysign(max(abs(held) - 0.5, 0), held)
-        state = 0.8 * state + 0.2 * effective
-        speed = state + rng.gauss(0, 0.002)
-        text = "" if k == 200 else f"{50 if k == 300 else speed:.6f}"
-        lines.append(f"{0.01 * k:.3f};{held:.6f};{text}".replace(".", ","))
-    path.write_text("\n".join(lines) + "\n")
-    return path
-
-
-class App:
-    """The app, and its page in the browser."""
-
-    def __init__(self, driver, folder, *options):
-        self.driver = driver
-        self.folder = folder
-        command = [flexure(), "app", str(folder), "--no-open", *options]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-        self.address = self.process.stdout.readline().strip()
-        assert self.address.startswith("http://127.0.0.1:"), self.address
-
-    def open(self):
-        self.driver.get(self.address)
-        self.wait("document.documentElement.dataset.ready === 'true'", 20)
-        return self
-
-    def js(self, script, *arguments):
-        return self.driver.execute_script(script, *arguments)
-
-    def wait(self, condition, seconds=60):
-        WebDriverWait(self.driver, seconds, poll_frequency=0.1).until(lambda d: d.execute_script(f"return {condition}"), condition)
-
-    def find(self, selector):
-        return self.driver.find_element("css selector", selector)
-
-    def press(self, selector):
-        """With the keyboard alone."""
-        element = self.find(selector)
-        self.js("arguments[0].focus()", element)
-        assert self.js("return document.activeElement === arguments[0]", element), f"{selector} takes no focus"
-        element.send_keys(Keys.ENTER)
-
-    def upload(self, path):
-        self.find("#upload").send_keys(str(path))
-
-    def drop(self, path):
-        """Lets go of a file over the page."""
-        script = """
-            const data = new DataTransfer();
-            data.items.add(new File([arguments[1]], arguments[0]));
-            for (const kind of ['dragover', 'drop']) {
-              document.querySelector('#drop').dispatchEvent(new DragEvent(kind, { bubbles: true, cancelable: true, dataTransfer: data }));
-            }"""
-        self.js(script, path.name, path.read_text())
-
-    def ended(self, count, state="done", seconds=120):
-        """Waits until this number of runs has ended, the last one in this state."""
-        self.wait(f"document.querySelectorAll('[data-job][data-state]').length >= {count}", seconds)
-        item = self.find("#run-list > li")
-        assert item.get_attribute("data-state") == state, item.text
-        return item
-
-    def problem(self):
-        return self.find("#problem").text
-
-    def asked(self, method, path, body=None, headers=None):
-        """The status and answer of a request that is no browser's."""
-        parts = urllib.parse.urlsplit(self.address)
-        connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=60)
-        connection.request(method, path, body=body, headers=headers or {})
-        answer = connection.getresponse()
-        return answer.status, answer.read()
-
-    @property
-    def prefix(self):
-        return urllib.parse.urlsplit(self.address).path
-
-
-@pytest.fixture
-def app(browser, tmp_path):
-    started = []
-
-    def start(*options):
-        started.append(App(browser, tmp_path / "project", *options))
-        return started[-1]
-
-    yield start
-    for one in started:
-        one.process.terminate()
-        one.process.wait(10)
 
 
 @pytest.mark.parametrize("way", ["drop", "upload"])
@@ -438,111 +329,6 @@ def test_what_is_wrong_is_said_in_the_words_of_the_page(app, tmp_path):
     page.press("#identify button")
     page.ended(3)
     assert page.problem() == ""
-
-
-def test_a_file_of_200_megabytes_is_taken_and_one_beyond_the_limit_is_not(app, tmp_path):
-    large = tmp_path / "large.csv"
-    rng = random.Random(3)
-    block = "".join(f"{rng.random():.14f},{rng.random():.13f}\n" for _ in range(MEGABYTE // 32))
-    with open(large, "w") as file:
-        file.write("u,y\n")
-        for _ in range(200):
-            file.write(block)
-    page = app("--largest-file", "250MiB").open()
-    page.upload(large)
-    page.wait("document.querySelector('[aria-label=\"Download large.csv\"]') !== null", 120)
-    assert (tmp_path / "project" / "large.csv").stat().st_size > 199 * MEGABYTE
-    page.ended(1, seconds=300)
-    page.wait("!document.querySelector('#columns').hidden")
-    with open(large, "ab") as file:
-        file.write(bytes(60 * MEGABYTE))
-    page.upload(large)
-    page.wait("document.querySelector('#problem').textContent !== ''", 120)
-    assert "too large" in page.problem() or "not taken" in page.problem()
-    assert not (tmp_path / "project" / "large-2.csv").exists()
-
-
-def test_a_page_of_another_origin_gets_nothing(app, browser, tmp_path):
-    page = app().open()
-    browser.set_script_timeout(120)  # The browser waits long where the machine is busy.
-    target = page.address
-    seen = []
-
-    class Other(http.server.BaseHTTPRequestHandler):
-        def do_GET(self):
-            self.send_response(200)
-            self.send_header("Content-Type", "text/html")
-            self.end_headers()
-            self.wfile.write(b"<!doctype html><title>elsewhere</title>")
-
-        def log_message(self, *_):
-            seen.append(1)
-
-    server = http.server.HTTPServer(("127.0.0.1", 0), Other)
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    try:
-        browser.get(f"http://127.0.0.1:{server.server_address[1]}/")
-        script = """
-            const done = arguments[arguments.length - 1], target = arguments[0];
-            const tried = [fetch(target + 'project'), fetch(target + 'project', { mode: 'no-cors' }).then((r) => { if (r.type === 'opaque') throw 1; }),
-                fetch(target + 'files/evil.csv', { method: 'PUT', body: 'u,y\\n1,2\\n' }),
-                fetch(target + 'jobs', { method: 'POST', mode: 'no-cors', body: '{"command":"look","files":[]}' }).then((r) => { if (r.type === 'opaque') throw 1; })];
-            Promise.allSettled(tried).then((all) => done(all.map((one) => one.status)));"""
-        assert browser.execute_async_script(script, target) == ["rejected"] * 4
-        framed = """
-            const done = arguments[arguments.length - 1];
-            const frame = document.createElement('iframe');
-            frame.onload = () => { let text = null; try { text = frame.contentDocument.body.textContent; } catch (e) { text = null; } done(text); };
-            frame.src = arguments[0];
-            document.body.append(frame);"""
-        assert browser.execute_async_script(framed, target) in (None, "")
-    finally:
-        server.shutdown()
-    assert list((tmp_path / "project").iterdir()) == []
-    assert seen
-
-
-def test_only_the_own_page_is_answered(app, tmp_path):
-    page = app()
-    host = urllib.parse.urlsplit(page.address).netloc
-    assert page.asked("GET", page.prefix + "project")[0] == 200
-    for path in ["/", "/project", f"/{'0' * 32}/project", page.prefix[:-2] + "/project"]:
-        assert page.asked("GET", path) == (403, b""), path
-    for headers in [
-        {"Host": "localhost.evil.example:80"},
-        {"Host": host, "Origin": "http://evil.example"},
-        {"Host": host, "Origin": "null"},
-        {"Host": host, "Sec-Fetch-Site": "cross-site"},
-    ]:
-        assert page.asked("GET", page.prefix + "project", headers=headers) == (403, b""), headers
-    assert page.asked("GET", page.prefix + "project", headers={"Host": host, "Origin": f"http://{host}"})[0] == 200
-
-
-def test_nothing_outside_of_the_folder_is_read_written_or_run(app, tmp_path):
-    page = app()
-    (tmp_path / "secret.csv").write_text("u,y\n1,2\n")
-    (tmp_path / "project" / "link.csv").symlink_to(tmp_path / "secret.csv")
-    for name in ["..%2Fsecret.csv", "%2Fetc%2Fpasswd", "link.csv", ".hidden", "-o"]:
-        assert page.asked("GET", page.prefix + f"files/{name}")[0] == 404, name
-    for name in ["..%2Fnew.csv", ".new.csv", "-new.csv", "a%00b", ""]:
-        assert page.asked("PUT", page.prefix + f"files/{name}", body="x")[0] in (400, 404), name
-    untidy(tmp_path / "project" / "m.csv")
-    good = {"command": "look", "files": ["m.csv"]}
-    for change in [
-        {"command": "simulate"},
-        {"command": "app"},
-        {"files": ["../secret.csv"]},
-        {"files": ["link.csv"]},
-        {"files": ["--version"]},
-        {"options": {"resume": "x"}},
-        {"outputs": {"report": "../x.html"}},
-        {"outputs": {"resume": "x.html"}},
-        {"outputs": {"json": "../x.json"}},
-        {"more": 1},
-    ]:
-        status, answer = page.asked("POST", page.prefix + "jobs", body=json.dumps({**good, **change}))
-        assert status == 400 and json.loads(answer)["problem"], change
-    assert page.asked("POST", page.prefix + "jobs", body=json.dumps(good))[0] == 200
 
 
 def test_everything_has_a_name_and_fits_a_phone(app, tmp_path):

@@ -48,6 +48,7 @@ const GROUPS: [(&str, &[&str]); 8] = [
             "estimator",
             "kernel",
             "robust",
+            "missing",
             "period",
             "realisations",
         ],
@@ -105,7 +106,7 @@ const GROUPS: [(&str, &[&str]); 8] = [
     ("Limits", &["memory", "stream"]),
     (
         "Evaluation",
-        &["grid", "at", "outside", "skip", "missing", "initial-state", "horizon"],
+        &["grid", "at", "outside", "skip", "initial-state", "horizon"],
     ),
     (
         "Output",

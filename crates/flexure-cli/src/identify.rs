@@ -70,6 +70,9 @@ pub struct Arguments {
     /// Leave outliers of the output out of the fit and of the verdict; else they are only named.
     #[arg(long)]
     robust: bool,
+    /// Leave samples whose output is missing (NaN, or an empty field) out of the fit and of the verdict; else they are refused.
+    #[arg(long)]
+    missing: bool,
     /// Sample time in s; by default that of the column of time.
     #[arg(long, value_name = "S", allow_hyphen_values = true, value_parser = arguments::positive)]
     sample_time: Option<f64>,
@@ -163,6 +166,7 @@ impl Arguments {
         let options = Options {
             fresh_share: self.fresh,
             robust: self.robust,
+            missing: self.missing,
             branches: self.branches,
             hammerstein,
         };
@@ -183,7 +187,7 @@ impl Arguments {
     /// The model of one record of many: the output of `--json` without lists, and the model file.
     pub fn of_file(&self, file: RecordFile) -> Result<Outcome> {
         let (task, _) = self.task()?;
-        let (experiments, connected) = self.connected(file, task.skips_missing())?;
+        let (experiments, connected) = self.connected(file, self.missing)?;
         let Experiments { file, sample_time, .. } = experiments;
         let columns = SystemColumns {
             inputs: &connected.inputs(),
@@ -303,7 +307,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(note) = note {
         print_note(&note);
     }
-    let (experiments, connected) = arguments.read(task.skips_missing())?;
+    let (experiments, connected) = arguments.read(arguments.missing)?;
     let Experiments {
         file,
         samples,
@@ -323,13 +327,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             ControlFlow::Continue(())
         })
     })
-    .map_err(|error| {
-        with_missing(
-            error,
-            &connected.output,
-            task.takes_experiments() && !task.skips_missing(),
-        )
-    })?;
+    .map_err(|error| with_missing(error, &connected.output, !arguments.missing))?;
     identified.periodic = periodic;
 
     // Everything is made before anything is written.
@@ -355,12 +353,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     // The default structure is one of many.
     let is_default = arguments.structure.is_none() && arguments.given().next().is_none() && samples.len() == 1;
     let holds = identified.result.verdict.holds();
+    let is_hidden = identified.result.verdict.hidden_by.is_some();
     let next = match &arguments.model {
+        _ if is_hidden && !arguments.robust => Some(format!("{} --robust", this_command())),
         _ if !holds && is_default && columns.inputs.len() == 1 => Some(format!("{} --structure auto", this_command())),
-        Some(model) if holds => Some(format!(
-            "flexure validate {} ANOTHER-LOG",
-            quoted(&model.display().to_string())
-        )),
+        Some(model) if holds => {
+            let page = arguments.report.as_ref().map_or("", |_| " --report validated.html");
+            let model = quoted(&model.display().to_string());
+            Some(format!("flexure validate {model} ANOTHER-LOG{page}"))
+        }
         _ => None,
     };
     let next = next.map(|command| [String::new(), format!("next: {command}")]);

@@ -21,13 +21,10 @@ pub enum MethodName {
 #[derive(clap::Args)]
 #[command(next_help_heading = "Options of --method refined")]
 pub struct RefinedOptions {
-    /// Fit this form to the nonlinearity and test whether it suffices: dead-zone, saturation, quantizer, polynomial:N,
+    /// Fit this form to the nonlinearity and test whether it suffices: dead-zone, saturation, limited-dead-zone, quantizer, polynomial:N,
     /// friction or stiffness.
     #[arg(long, value_name = "FORM", value_parser = form)]
     form: Option<PhysicalForm>,
-    /// Skip samples whose output is missing (NaN, or an empty field) instead of refusing them.
-    #[arg(long)]
-    missing: bool,
     /// Estimator of the nonlinearity that the refinement starts from: kernel (the default) or another that --nonlinearity has.
     #[arg(long, value_name = "NAME", value_parser = arguments::estimator())]
     start: Option<EstimatorName>,
@@ -93,17 +90,12 @@ pub fn choose(
 impl RefinedOptions {
     /// The first of these options that was given.
     pub fn first_given(&self) -> Option<&'static str> {
-        let given = [
-            (self.form.is_some(), "--form"),
-            (self.missing, "--missing"),
-            (self.start.is_some(), "--start"),
-        ];
+        let given = [(self.form.is_some(), "--form"), (self.start.is_some(), "--start")];
         given.into_iter().find(|g| g.0).map(|g| g.1)
     }
 
     fn method(&self, shared: RefinedHammerstein) -> HammersteinMethod {
         HammersteinMethod::Refined(RefinedHammerstein {
-            missing: self.missing,
             start: self.start.unwrap_or(EstimatorName::Kernel),
             form: self.form,
             ..shared

@@ -120,8 +120,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         _ => None,
     };
     let predicted = ahead.as_ref().map_or(&free.output, |ahead| &ahead.output);
-    // A constant output has no fit.
-    let measures = (measured.used).and_then(|measured| FitMeasures::new(measured, predicted).ok());
+    // Outputs that gave the state are no predictions, but a short record has no others. A constant output has no fit.
+    let first = free
+        .estimated_from
+        .filter(|samples| *samples < predicted.len())
+        .unwrap_or(0);
+    let measures = (measured.used).and_then(|measured| FitMeasures::new(&measured[first..], &predicted[first..]).ok());
     let outside = Outside::new(&model.block, &entering);
     let mut columns = Vec::new();
     if let Some(time) = time {
@@ -158,7 +162,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     )];
     lines.extend(ahead.map(|ahead| ahead.description));
     lines.push(format!("free run {}", free.description()));
-    lines.extend(measures.map(|m| format!("fit {:.2} %, RMS error {}", m.fit_percent, number(m.rms))));
+    lines.extend(measures.map(|m| {
+        let other = if first > 0 { "other " } else { "" };
+        let (fit, rms) = (m.fit_percent, number(m.rms));
+        format!("fit {fit:.2} %, RMS error {rms} over the {} {other}samples", m.samples)
+    }));
     lines.extend(outside.warning());
     print(&lines.join("\n"))
 }

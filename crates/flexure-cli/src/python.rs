@@ -99,7 +99,7 @@ pub fn estimator(structure: &Structure, options: &Options) -> Option<Call> {
     let defaults = Options::default();
     let fresh = (options.fresh_share != defaults.fresh_share).then_some(options.fresh_share);
     let call = call.with("fresh", fresh).with("branches", options.branches);
-    let call = call.flag("robust", options.robust);
+    let call = call.flag("robust", options.robust).flag("missing", options.missing);
     match key {
         "hammerstein" => hammerstein(call, &options.hammerstein),
         _ => Some(call),
@@ -122,11 +122,7 @@ fn hammerstein(call: Call, method: &HammersteinMethod) -> Option<Call> {
             }
             let call = call.with("order", own.order).with("delay", own.delay);
             let form = own.form.map(|form| form.to_string());
-            Some(
-                calibrated(call, &own.calibration)
-                    .with("form", form)
-                    .flag("missing", own.missing),
-            )
+            Some(calibrated(call, &own.calibration).with("form", form))
         }
         HammersteinMethod::Plain(own) => {
             let lag = match own.regression_lag {

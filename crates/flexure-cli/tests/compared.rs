@@ -166,7 +166,7 @@ fn the_structure_is_named_and_the_others_are_refuted() {
     used(&folder, &wiener());
     let page = folder.read("page.html");
     for expected in [
-        "The data support one structure: Wiener",
+        "The data support Wiener",
         "Structures that were compared",
         "Structures that were tried",
         "Wiener, whose squared error is",

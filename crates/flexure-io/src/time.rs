@@ -37,6 +37,9 @@ const UNITS: [(&[&str], f64); 6] = [
     (&["h", "hour", "hours"], 3600.0),
 ];
 
+/// A column of at least this many samples that rise by 1 each counts the rows, under any name. Convention: a signal is no such ramp.
+const COUNTER: usize = 50;
+
 /// Seconds from 1970 in the years 2001 to 2099, in which a log was recorded.
 const EPOCH_SECONDS: std::ops::Range<f64> = 978_307_200.0..4_102_444_800.0;
 
@@ -219,7 +222,7 @@ impl RecordFile {
         let counts = |samples: &[f64]| samples.iter().enumerate().all(|(i, &v)| v == samples[0] + i as f64);
         let columns = self.record.columns();
         let signals = columns.filter(|(name, samples)| {
-            let index = *name == INDEX && counts(samples);
+            let index = (*name == INDEX || samples.len() >= COUNTER) && counts(samples);
             let stamps = self.origins.iter().any(|(column, _)| column == name);
             !(Some(*name) == time || is_time(name) || stamps || index)
         });

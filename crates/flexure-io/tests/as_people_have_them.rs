@@ -1,77 +1,17 @@
 //! Text files as programs, spreadsheets, loggers and instruments write them: read, or refused with the option that settles it.
 //!
-//! `python/tests/test_files.py` has files that pandas, polars, NumPy and Python's `csv` write.
+//! `time_stamps.rs` has those with time stamps; `python/tests/test_files.py` has files that pandas, polars, NumPy and Python's `csv` write.
 
 mod common;
 
-use common::{directory, message};
-use flexure_io::{Decimal, ReadOptions, RecordFile};
-
-fn read_with(options: &ReadOptions, test: &str, content: impl AsRef<[u8]>) -> Result<RecordFile, String> {
-    let dir = directory(test);
-    std::fs::write(dir.join("log.csv"), content).unwrap();
-    options.read(dir.join("log.csv")).map_err(|e| message(&e, &dir))
-}
-
-fn read(test: &str, content: impl AsRef<[u8]>) -> RecordFile {
-    read_with(&ReadOptions::default(), test, content).unwrap()
-}
-
-fn refused(test: &str, content: impl AsRef<[u8]>) -> String {
-    read_with(&ReadOptions::default(), test, content).unwrap_err()
-}
-
-/// Columns, units and sample time of a log of three samples: u = 1.5, 2.5, 3.5 every 10 ms.
-fn assert_log(file: &RecordFile, names: &[&str]) {
-    assert_eq!(file.record.names(), names);
-    assert_eq!(file.column("u").unwrap(), [1.5, 2.5, 3.5]);
-    let time = file.time(None, &["u", "y"]).unwrap().expect("a column of time");
-    assert!((time.clock.step - 0.01).abs() < 1e-9, "{time:?}");
-}
+use common::{assert_log, read, read_with, refused};
+use flexure_io::{Decimal, ReadOptions};
 
 #[test]
 fn pandas_with_its_index() {
     let file = read("pandas_index", ",t,u\n0,0.0,1.5\n1,0.01,2.5\n2,0.02,3.5\n");
     assert_log(&file, &["index", "t", "u"]);
     assert_eq!(file.notes, ["column 1 has no name; it is called index"]);
-}
-
-#[test]
-fn pandas_with_an_index_of_time() {
-    let file = read(
-        "pandas_time",
-        "timestamp,u,y\n2024-05-01 10:00:00.000,1.5,0\n2024-05-01 10:00:00.010,2.5,0\n2024-05-01 10:00:00.020,3.5,0\n",
-    );
-    assert_log(&file, &["timestamp", "u", "y"]);
-    assert_eq!(file.column("timestamp").unwrap(), [0.0, 0.01, 0.02]);
-    assert_eq!(
-        file.notes,
-        ["column 'timestamp' has time stamps; it counts the seconds from 2024-05-01 10:00:00.000"]
-    );
-}
-
-#[test]
-fn pandas_with_a_time_zone() {
-    let file = read(
-        "pandas_zone",
-        "time,u\n2024-05-01 10:00:00+02:00,1.5\n2024-05-01 10:00:00.010000+02:00,2.5\n2024-05-01 10:00:00.020000+02:00,3.5\n",
-    );
-    assert_log(&file, &["time", "u"]);
-}
-
-#[test]
-fn time_stamps_under_another_name() {
-    let content =
-        "Zeitstempel;u\n2024-05-01T10:00:00.000;1,5\n2024-05-01T10:00:00.010;2,5\n2024-05-01T10:00:00.020;3,5\n";
-    let file = read("stamps_named", content);
-    assert_log(&file, &["Zeitstempel", "u"]);
-    assert_eq!(file.signals(None), ["u"]);
-    let two = "begin,end,u\n10:00:00,10:00:01,1\n10:00:01,10:00:02,2\n10:00:02,10:00:03,3\n";
-    let message = read("stamps_two", two).time(None, &["u"]).unwrap_err().to_string();
-    assert!(
-        message.ends_with("columns 'begin' and 'end' may both have the sample instants; say which by --time"),
-        "{message}"
-    );
 }
 
 #[test]
@@ -111,15 +51,6 @@ fn a_spreadsheet_with_decimal_commas() {
     );
     assert_log(&file, &["Time", "u", "y"]);
     assert_eq!(file.notes, ["the numbers have decimal commas"]);
-}
-
-#[test]
-fn a_spreadsheet_with_decimal_commas_in_its_time_stamps_too() {
-    let file = read(
-        "excel_comma_stamps",
-        "time;u\n2024-05-01T10:00:00,000;1,5\n2024-05-01T10:00:00,010;2,5\n2024-05-01T10:00:00,020;3,5\n",
-    );
-    assert_log(&file, &["time", "u"]);
 }
 
 #[test]
@@ -260,24 +191,6 @@ fn an_oscilloscope_with_a_blank_line_below_the_units() {
 }
 
 #[test]
-fn a_logger_that_counts_from_1970() {
-    for (name, unit, factor) in [("timestamp", "ms", 1), ("t", "us", 1000), ("%time", "ns", 1_000_000)] {
-        let row = |step: i64, u: &str| format!("{},{u}\n", (1_714_557_600_000 + step) * factor);
-        let content = [format!("{name},u\n"), row(0, "1.5"), row(10, "2.5"), row(20, "3.5")].concat();
-        let file = read("epoch", content);
-        assert_log(&file, &[name, "u"]);
-        assert_eq!(file.notes, [format!("column '{name}' counts the {unit} from 1970")]);
-    }
-    // Seconds are what instants count anyway.
-    let seconds = read(
-        "epoch_s",
-        "t,u\n1714557600.00,1.5\n1714557600.01,2.5\n1714557600.02,3.5\n",
-    );
-    assert!(seconds.notes.is_empty(), "{:?}", seconds.notes);
-    assert!((seconds.sample_time("t").unwrap() - 0.01).abs() < 1e-6);
-}
-
-#[test]
 fn an_instrument_that_quotes_all_and_ends_lines_with_commas() {
     let file = read(
         "quotes",
@@ -291,93 +204,6 @@ fn an_instrument_that_writes_degrees_in_latin_1() {
     let file = read("latin", b"t,u,Temp [\xb0C]\n0,1.5,20\n0.01,2.5,20\n0.02,3.5,21\n");
     assert_log(&file, &["t", "u", "Temp"]);
     assert_eq!(file.unit("Temp"), Some("°C"));
-}
-
-#[test]
-fn a_logger_with_a_clock_that_jitters() {
-    let file = read(
-        "jitter",
-        "time,u\n10:00:00.000,1.5\n10:00:00.0104,2.5\n10:00:00.020,3.5\n",
-    );
-    let time = file.time(None, &["u"]).unwrap().unwrap();
-    assert!((time.clock.jitter - 0.02).abs() < 1e-6, "{time:?}");
-    let late = read(
-        "late",
-        "time,u\n10:00:00.000,1.5\n10:00:00.0134,2.5\n10:00:00.020,3.5\n10:00:00.030,0\n10:00:00.040,0\n",
-    );
-    assert!(
-        late.time(None, &["u"])
-            .unwrap_err()
-            .to_string()
-            .contains("line 3: the sample times are not uniform")
-    );
-}
-
-#[test]
-fn a_logger_with_its_own_time_format() {
-    let content = "date,u\n05/01/2024 10:00:00.00,1.5\n05/01/2024 10:00:00.01,2.5\n05/01/2024 10:00:00.02,3.5\n";
-    let text = read("own_format_text", content).column("date").unwrap_err().to_string();
-    assert!(
-        text.contains("it is text, such as '05/01/2024 10:00:00.00' on line 2"),
-        "{text}"
-    );
-    assert_eq!(
-        read("own_format_note", content).notes,
-        [
-            "column 'date' is left out: 'date' is text, such as '05/01/2024 10:00:00.00' on line 2 (--time-format says how time stamps are written, as in \"%d.%m.%Y %H:%M:%S%.f\")"
-        ]
-    );
-    let options = ReadOptions {
-        time_format: Some("%m/%d/%Y %H:%M:%S%.f".to_owned()),
-        ..ReadOptions::default()
-    };
-    assert_log(&read_with(&options, "own_format", content).unwrap(), &["date", "u"]);
-}
-
-#[test]
-fn durations_of_pandas_and_matlab() {
-    let pandas = ",u\n0 days 00:00:00,1.5\n0 days 00:00:00.010000,2.5\n0 days 00:00:00.020000,3.5\n";
-    let file = read("timedelta", pandas);
-    assert_log(&file, &["c0", "u"]);
-    let file = read("duration", "Time,u\n0 sec,1.5\n0.01 sec,2.5\n0.02 sec,3.5\n");
-    assert_log(&file, &["Time", "u"]);
-}
-
-#[test]
-fn a_spreadsheet_in_german_with_remarks() {
-    let rows: String = (0..3)
-        .map(|i| format!("02.03.2026 08:00:00,0{i}0;{},5;\n", i + 1))
-        .collect();
-    let content = format!("sep=;\nDatum/Uhrzeit;u;Bemerkung\n{rows}");
-    let file = read("german", &content);
-    assert_log(&file, &["Datum/Uhrzeit", "u"]);
-    assert!(
-        file.notes
-            .contains(&"column 'Bemerkung' is left out: 'Bemerkung' is empty".to_owned()),
-        "{:?}",
-        file.notes
-    );
-}
-
-#[test]
-fn a_time_format_that_fits_nothing_is_refused() {
-    let rows: String = (0..3)
-        .map(|i| format!("02/03/2026 08:00:00.0{i}0;{},5;ok\n", i + 1))
-        .collect();
-    let content = format!("Date;u;Remark\n{rows}");
-    let with_format = |format: &str| {
-        let options = ReadOptions {
-            time_format: Some(format.to_owned()),
-            ..ReadOptions::default()
-        };
-        read_with(&options, "slashes", &content)
-    };
-    // The format as Python writes it: %f is a fraction of a second.
-    assert_log(&with_format("%d/%m/%Y %H:%M:%S.%f").unwrap(), &["Date", "u"]);
-    let message = with_format("%d-%m-%Y").unwrap_err().to_string();
-    let expected =
-        "no column has time stamps like '%d-%m-%Y': 'Date' is text, such as '02/03/2026 08:00:00.000' on line 2";
-    assert!(message.contains(expected), "{message}");
 }
 
 #[test]

@@ -18,7 +18,8 @@ function plotCurve(host, n, cloud, dashed = "truth") {
     scales.density = { range: [0, 3.6 * Math.max(extent(n.density)[1], 1e-300)] };
   }
   if (n.lower.length) {
-    const band = bandSeries(`band (${n.band_label || "of the estimate"})`, n.lower, n.upper, series.length);
+    const label = `band (${n.band_label || "of the estimate"}${isThin(n) ? "; narrower than the line" : ""})`;
+    const band = bandSeries(label, n.lower, n.upper, series.length);
     band.series.forEach((s, i) => add(s, band.data[i]));
     bands.push(...band.bands);
   }
@@ -38,6 +39,12 @@ function plotCurve(host, n, cloud, dashed = "truth") {
       if (cloud) drawCloud(u, cloud, 1);
     },
   });
+}
+
+/** Whether the line hides its band, as it does from about a hundredth of the curve's range on. */
+function isThin(n) {
+  const [low, high] = extent(n.y);
+  return n.upper.every((upper, i) => !(upper - n.lower[i] > 0.01 * (high - low)));
 }
 
 /** Room for the curves, and for the band as far as that does not flatten them. */

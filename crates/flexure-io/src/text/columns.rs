@@ -1,6 +1,6 @@
 //! The columns of a text file: numbers, time stamps, or texts that cannot serve as signals.
 
-use super::stamps::{self, Stamps};
+use super::stamps::{self, Part, Stamps};
 use crate::error::LineProblem;
 use crate::options::{Decimal, ReadOptions};
 use crate::record_file::Unusable;
@@ -242,6 +242,26 @@ impl<'a> Column<'a> {
                 ..
             }
         )
+    }
+
+    /// What a column of time stamps has of them.
+    pub(super) fn part(&self) -> Option<Part> {
+        match &self.kind {
+            Kind::Stamps { format, .. } => Some(format.part()),
+            _ => None,
+        }
+    }
+
+    /// Times of day become time stamps by the dates of another column.
+    pub(super) fn add_dates(&mut self, dates: &Column) {
+        if let (Kind::Stamps { first, text, .. }, Some((first_date, date))) = (&mut self.kind, dates.origin()) {
+            *first += first_date;
+            *text = format!("{date} {text}");
+            self.values
+                .iter_mut()
+                .zip(&dates.values)
+                .for_each(|(time, date)| *time += date);
+        }
     }
 
     /// For time stamps, the origin of their seconds: in ns, and as written in the file.

@@ -23,6 +23,7 @@ use columns::{Column, Numbers};
 pub(crate) use layout::INDEX;
 use layout::Layout;
 use lines::Lines;
+use stamps::Part;
 pub(crate) use stamps::with_fraction;
 
 /// Bytes at the beginning of a file that decide its layout; more if the first line is longer.
@@ -184,12 +185,34 @@ fn read_row<'a>(
     Ok(())
 }
 
+/// Dates and times of day in two columns become time stamps in the column of the times; the other column is taken away. If there are
+/// other time stamps besides, all columns stay. Returns a sentence on it.
+fn join_dates(columns: &mut Vec<Column>, units: &mut Vec<Option<String>>) -> Option<String> {
+    let stamps: Vec<usize> = (0..columns.len()).filter(|&i| columns[i].part().is_some()).collect();
+    let [a, b] = stamps[..] else { return None };
+    let (date, time) = match (columns[a].part(), columns[b].part()) {
+        (Some(Part::Date), Some(Part::TimeOfDay)) => (a, b),
+        (Some(Part::TimeOfDay), Some(Part::Date)) => (b, a),
+        _ => return None,
+    };
+    let time = if date < time { time - 1 } else { time };
+    units.remove(date);
+    let dates = columns.remove(date);
+    columns[time].add_dates(&dates);
+    Some(format!(
+        "columns '{}' and '{}' are together a date and a time",
+        dates.name, columns[time].name
+    ))
+}
+
 /// The record of the columns that are signals, and what the others are.
-fn assemble(path: &Path, layout: Layout, columns: Vec<Column>, options: &ReadOptions) -> Result<RecordFile> {
+fn assemble(path: &Path, mut layout: Layout, mut columns: Vec<Column>, options: &ReadOptions) -> Result<RecordFile> {
+    let joined = join_dates(&mut columns, &mut layout.units);
     let mut signals = Vec::new();
     let mut units = Vec::new();
     let (mut origins, mut others, mut stamps) = (Vec::new(), Vec::new(), Vec::new());
     let mut notes = layout.notes;
+    notes.extend(joined);
     for (column, unit) in columns.into_iter().zip(layout.units) {
         if let Some(why) = column.unusable() {
             if column.looks_like_stamps() || is_time(&column.name) {

@@ -2,9 +2,9 @@
 
 use chrono::{DateTime, NaiveDate, NaiveDateTime, NaiveTime};
 
-/// ISO 8601 as programs write it, and dates with points, by the patterns of `chrono::format::strftime`. Dates with points begin with the day wherever
-/// they are in use; dates with slashes need a format.
-const FORMATS: [&str; 12] = [
+/// ISO 8601 as programs write it, dates with points, and hours with AM or PM, by the patterns of `chrono::format::strftime`. Dates with
+/// points begin with the day wherever they are in use; dates with slashes need a format.
+const FORMATS: [&str; 15] = [
     "%Y-%m-%dT%H:%M:%S%.f%#z",
     "%Y-%m-%d %H:%M:%S%.f%#z",
     "%Y-%m-%dT%H:%M:%S%.f",
@@ -14,7 +14,10 @@ const FORMATS: [&str; 12] = [
     "%Y%m%dT%H%M%S%.f",
     "%d.%m.%Y %H:%M:%S%.f",
     "%d.%m.%Y %H:%M",
+    "%Y-%m-%d %I:%M:%S%.f %p",
     "%Y-%m-%d",
+    "%d.%m.%Y",
+    "%I:%M:%S%.f %p",
     "%H:%M:%S%.f",
     "%H:%M",
 ];
@@ -49,10 +52,30 @@ fn duration(field: &str) -> Option<i64> {
     days.checked_mul(86_400_000_000_000)?.checked_add(time)
 }
 
+/// What stamps of a format have. A duration counts as both: no date belongs to it.
+fn part(format: &str) -> Part {
+    let has = |any: &[&str]| any.iter().any(|code| format.contains(code));
+    let date = has(&["%Y", "%y", "%d", "%j", "%s", "%c", "%D", "%F", "%x", DURATION]);
+    let time = has(&["%H", "%I", "%M", "%T", "%R", "%r", "%X", "%s", "%c", DURATION]);
+    match (date, time) {
+        (true, false) => Part::Date,
+        (false, true) => Part::TimeOfDay,
+        _ => Part::Both,
+    }
+}
+
 /// The format of a column of time stamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Stamps<'a> {
     format: &'a str,
+}
+
+/// What a column of time stamps has of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Part {
+    Date,
+    TimeOfDay,
+    Both,
 }
 
 impl<'a> Stamps<'a> {
@@ -63,12 +86,22 @@ impl<'a> Stamps<'a> {
             stamps.nanoseconds(field).map(|instant| (stamps, instant))
         };
         if let Some(format) = given {
-            return of(format);
+            let found = of(format);
+            // Beside a column of dates with this format there may be one of times of day.
+            let times = || FORMATS.into_iter().filter(|f| part(f) == Part::TimeOfDay);
+            return match part(format) {
+                Part::Date => found.or_else(|| times().find_map(of)),
+                _ => found,
+            };
         }
         if !field.starts_with(|c: char| c.is_ascii_digit()) || !field[1..].contains([':', '-', 'T', ' ']) {
             return None;
         }
         FORMATS.into_iter().chain([DURATION]).find_map(of)
+    }
+
+    pub(super) fn part(self) -> Part {
+        part(self.format)
     }
 
     /// The instant in ns since an origin that all stamps of one format share.
@@ -121,7 +154,11 @@ mod tests {
         }
         assert_eq!(instant("2024-05-01 10:01").unwrap() - tenth, 59_900_000_000);
         assert_eq!(instant("01.05.2024 10:01"), instant("2024-05-01 10:01"));
+        assert_eq!(instant("2024-05-01 10:00:00.1 AM"), Some(tenth));
+        assert_eq!(instant("01.05.2024"), instant("2024-05-01"));
         assert_eq!(instant("10:00:00.1"), Some(36_000_100_000_000));
+        assert_eq!(instant("10:00:00.1 pm"), Some((22 * 3600 * 10 + 1) * 100_000_000));
+        assert_eq!(instant("12:30:00 AM"), Some(1_800_000_000_000));
         assert_eq!(
             instant("2024-05-02").unwrap() - instant("2024-05-01").unwrap(),
             86_400_000_000_000

@@ -49,7 +49,7 @@ pub(super) fn without_outliers(columns: &[&Column]) -> Option<Suggestion> {
     Some(Suggestion::new("prepare", &options, why))
 }
 
-/// A preparation of a record whose samples are not evenly spaced; inputs of few levels hold their value between samples.
+/// A preparation of a record whose samples are not evenly spaced; inputs that hold their values, or have few, hold them between samples too.
 pub(super) fn even_spacing(
     look: &Look,
     file: &RecordFile,
@@ -123,7 +123,7 @@ fn resampling(look: &Look, clock: &Clock, sample_time: f64, inputs: &[usize], cu
         options.extend(["--fill".to_owned(), lost.to_string()]);
     }
     let held: Vec<&Column> = (inputs.iter().map(|&i| &look.columns[i]))
-        .filter(|column| column.levels.is_some())
+        .filter(|column| column.held || column.levels.is_some())
         .collect();
     if !held.is_empty() {
         options.extend(["--hold".to_owned(), joined(&held)]);

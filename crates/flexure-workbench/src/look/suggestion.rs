@@ -282,8 +282,7 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
     }
     let several = signals.inputs.len() > 1;
     let incomplete = |i: usize| look.columns[i].samples < file.record.len();
-    let mut gaps: Vec<usize> = signals.inputs.iter().copied().filter(|i| incomplete(*i)).collect();
-    gaps.extend((several && incomplete(signals.output)).then_some(signals.output));
+    let gaps: Vec<usize> = signals.inputs.iter().copied().filter(|i| incomplete(*i)).collect();
     if !gaps.is_empty() {
         return Some(repair(look, file, &gaps));
     }
@@ -301,15 +300,16 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
     let few = levels.flatten().any(|levels| levels <= TWO);
     if several {
         why.push_str(" Linear dynamics are compared with a nonlinearity for every input.");
-    } else if incomplete(signals.output) {
-        options.push("--missing");
-        why.push_str(" The output misses samples, which --missing leaves out of the fit.");
     } else if few {
         options.extend(["--structure", "linear"]);
         why.push_str(" The input has two levels, at which no curve can be told from a straight line: the dynamics are what there is to find.");
     } else {
         options.extend(["--structure", "auto"]);
         why.push_str(" The structure is chosen by the data.");
+    }
+    if incomplete(signals.output) {
+        options.push("--missing");
+        why.push_str(" The output misses samples, which --missing leaves out of the fit.");
     }
     if !output.outliers.is_empty() {
         options.push("--robust");

@@ -36,6 +36,7 @@ impl Identified {
         };
         let judged = Judged::new(model, file, columns, judging)?;
         let judged_skip = judged.skip;
+        let warnings = judged.outlier_warning().into_iter().collect();
         let inputs: Vec<String> = columns.inputs.iter().map(|&name| name.to_owned()).collect();
         let (paths, output_offset) = named(model, &inputs);
         Ok(Identified {
@@ -60,7 +61,7 @@ impl Identified {
                 predicted: judged.free.output,
                 verdicts: vec![judged.verdict.clone()],
                 verdict: judged.verdict,
-                warnings: Vec::new(),
+                warnings,
             },
             sample_time: model.sample_time,
             records: model.records.clone(),

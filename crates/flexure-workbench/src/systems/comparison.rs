@@ -115,7 +115,7 @@ pub fn show_on(comparison: &StructureComparison, page: &mut Page) {
     page.verdict.holds = comparison.supported.is_some();
     page.verdict.headline = match comparison.supported {
         Some(structure) if comparison.as_good.is_empty() => {
-            format!("The data support one structure: {structure}")
+            format!("The data support {structure}")
         }
         Some(structure) => format!(
             "The data support {structure} and {} equally",

@@ -14,11 +14,12 @@ pub fn form(text: &str) -> Result<PhysicalForm, String> {
     match text {
         "dead-zone" => Ok(PhysicalForm::DeadZone),
         "saturation" => Ok(PhysicalForm::Saturation),
+        "limited-dead-zone" => Ok(PhysicalForm::LimitedDeadZone),
         "quantizer" => Ok(PhysicalForm::Quantizer),
         "friction" => Ok(PhysicalForm::Friction),
         "stiffness" => Ok(PhysicalForm::Stiffness),
         _ => polynomial().ok_or_else(|| {
-            format!("expected dead-zone, saturation, quantizer, polynomial:N with N from 1 to {MOST_DEGREE}, friction or stiffness")
+            format!("expected dead-zone, saturation, limited-dead-zone, quantizer, polynomial:N with N from 1 to {MOST_DEGREE}, friction or stiffness")
         }),
     }
 }
@@ -32,6 +33,7 @@ mod tests {
         for name in [
             "dead-zone",
             "saturation",
+            "limited-dead-zone",
             "quantizer",
             "friction",
             "stiffness",

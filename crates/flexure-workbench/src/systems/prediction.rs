@@ -307,8 +307,8 @@ impl Outside {
         let which = match (self.direct, self.samples) {
             (true, 1) => "input sample lies",
             (true, _) => "input samples lie",
-            (false, 1) => "sample behind the first linear part lies",
-            (false, _) => "samples behind the first linear part lie",
+            (false, 1) => "sample of what enters the nonlinearity lies",
+            (false, _) => "samples of what enters the nonlinearity lie",
         };
         (self.samples > 0).then(|| {
             format!(

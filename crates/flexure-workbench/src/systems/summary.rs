@@ -96,7 +96,13 @@ impl Identified {
     fn write_block(&self, block: &NamedBlock, path: &Path, lines: &mut Lines) {
         let title = uncapitalised(&block.title);
         match &block.kind {
-            BlockKind::Static(own) => lines.item(&title, &*own.description),
+            BlockKind::Static(own) => {
+                let is_first = path.blocks.first().is_some_and(|first| std::ptr::eq(first, block));
+                let unit = (is_first && path.inputs.len() == 1).then(|| self.labels.unit(&path.inputs[0]));
+                let unit = unit.filter(|unit| !unit.is_empty());
+                let unit = unit.map_or(String::new(), |unit| format!("; input in {unit}"));
+                lines.item(&title, format!("{}{unit}", own.description));
+            }
             BlockKind::Feedback(own) => {
                 lines.item(&title, &*own.nonlinearity.description);
                 let parts = own.linear_parts();
@@ -172,7 +178,8 @@ fn coefficients(block: &LinearBlock) -> String {
             None,
             "; the data determine the response, not each coefficient (a pole and a zero may cancel)",
         ),
-        errors => (errors.as_ref(), ""),
+        Some(errors) => (Some(errors), ""),
+        None => (None, "; standard errors are not estimated here"),
     };
     let b = system.b().iter().enumerate().map(|(k, &c)| ('b', k, c));
     // The first one is 1.

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use anyhow::Result;
 use flexure::Record;
-use flexure::identify::{HammersteinMethod, Identification, Options, Request, Structure, Warning};
+use flexure::identify::{Identification, Options, Request, Structure, Warning};
 use flexure::look::integrated_output;
 use flexure_io::{RecordFile, RecordMark};
 
@@ -43,19 +43,9 @@ pub struct Identified {
 }
 
 impl Task {
-    /// Whether NaN in the output are missing samples.
-    pub fn skips_missing(&self) -> bool {
-        self.is_hammerstein()
-            && matches!(self.options.hammerstein, HammersteinMethod::Refined(method) if method.missing)
-    }
-
     /// Whether several experiments of one system can be identified together.
     pub fn takes_experiments(&self) -> bool {
-        self.is_hammerstein() && matches!(self.options.hammerstein, HammersteinMethod::Refined(_))
-    }
-
-    fn is_hammerstein(&self) -> bool {
-        self.structure.options.contains(&"method")
+        self.structure.is_refined(&self.options)
     }
 
     /// Identifies from columns of a record, and says in which file and line an error lies. `experiments` has the samples of each
@@ -69,7 +59,7 @@ impl Task {
         experiments: &[usize],
         stage: &dyn Fn(&str) -> ControlFlow<()>,
     ) -> Result<Identified> {
-        check(file, inputs, output, self.skips_missing())?;
+        check(file, inputs, output, self.options.missing)?;
         let parts: Vec<Record>;
         let records: Vec<&Record> = match experiments.len() {
             0 | 1 => vec![&file.record],
@@ -111,7 +101,7 @@ impl Task {
             result,
             sample_time,
             is_other_record: false,
-            missing: self.skips_missing(),
+            missing: self.options.missing,
             robust: self.options.robust,
             labels: Labels::new(file),
             records: marks.collect::<flexure::Result<_>>()?,

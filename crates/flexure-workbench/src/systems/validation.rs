@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use anyhow::{Result, bail};
 use flexure::error::DataError;
-use flexure::identify::Verdict;
+use flexure::identify::{Verdict, Warning};
 use flexure::validation::FitMeasures;
 use flexure_io::{ModelFile, RecordFile, RecordMark};
 use serde_json::{Value, json};
@@ -44,6 +44,8 @@ pub struct Judged {
     /// The model's run.
     pub free: FreeRun,
     outside: Outside,
+    /// Where the record's units are not the model's.
+    units: Vec<String>,
     /// The verdict on the samples that no excursion of the input affects; `None` without excursions.
     within: Option<Verdict>,
     /// Whether the model was identified from this very record.
@@ -145,6 +147,7 @@ impl Judged {
             true => verdicts(&within).ok().and_then(|all| Verdict::worst(&all).cloned()),
             false => None,
         };
+        let labels = Labels::new(file);
         Ok(Judged {
             verdict: verdict.clone(),
             within: within.filter(|within| within.residuals.is_some()),
@@ -157,7 +160,8 @@ impl Judged {
             skip,
             outside,
             free,
-            unit: Labels::new(file).unit(output).to_owned(),
+            units: other_units(model, &labels, inputs, output),
+            unit: labels.unit(output).to_owned(),
         })
     }
 
@@ -199,6 +203,15 @@ impl Judged {
         })
     }
 
+    /// The warning about the outliers of the output, as an identification has it.
+    pub fn outlier_warning(&self) -> Option<Warning> {
+        let Outliers { samples, left_out, .. } = &self.outliers;
+        (!samples.is_empty()).then(|| Warning::Outliers {
+            samples: samples.clone(),
+            left_out: *left_out,
+        })
+    }
+
     /// The text that `validate` prints.
     pub fn summary(&self) -> Lines {
         let (verdict, measures) = (&self.verdict, &self.verdict.measures);
@@ -216,6 +229,9 @@ impl Judged {
                 "this is the record that the model was identified from: the figures say little about fresh data"
                     .to_owned(),
             );
+        }
+        for warning in &self.units {
+            lines.warning(warning.clone());
         }
         lines.sentence(self.text());
         lines.item(
@@ -283,6 +299,21 @@ impl Judged {
             }
         }
     }
+}
+
+/// Columns whose units are not those of the model, where both are known.
+fn other_units(model: &ModelFile, labels: &Labels, inputs: &[&str], output: &str) -> Vec<String> {
+    let own = model.inputs.iter().chain([&model.output]);
+    let columns = inputs.iter().chain([&output]);
+    let differs = |(own, column): (&String, &&str)| {
+        let (unit, here) = (model.units.get(own)?, labels.unit(column));
+        (!here.is_empty() && here != unit).then(|| {
+            format!(
+                "'{own}' of the model is in {unit}, but '{column}' of this record is in {here}: is it the right column?"
+            )
+        })
+    };
+    own.zip(columns).filter_map(differs).collect()
 }
 
 /// The samples that a model takes to settle.

@@ -98,14 +98,15 @@ pub(super) fn warn_if_useless(verdict: &Verdict, warnings: &mut Vec<Warning>) {
     }
 }
 
-/// Warns if the fresh input often lies outside the curve's range.
-pub(super) fn warn_of_range(curve: &Curve, fresh: &[f64], warnings: &mut Vec<Warning>) {
+/// Warns if what enters a curve in the fresh part, the input itself or a signal behind it, often lies outside the curve's range.
+pub(super) fn warn_of_range(curve: &Curve, fresh: &[f64], is_input: bool, warnings: &mut Vec<Warning>) {
     let outside = fresh.iter().filter(|&&u| !curve.covers(u)).count();
     let percent = 100.0 * outside as f64 / fresh.len() as f64;
     if percent > MOST_OUTSIDE {
         let x = curve.x();
         warnings.push(Warning::OutsideRange {
             percent,
+            is_input,
             low: x[0],
             high: x[x.len() - 1],
             continued: curve.outside() == Outside::Linear,

@@ -6,23 +6,25 @@
 //! [`HAMMERSTEIN_WIENER`] has a nonlinearity at either end, [`PARALLEL`] several branches for one input, [`MULTIPLE_INPUTS`] a Hammerstein
 //! branch for every input, [`JOINT_INPUTS`] one nonlinearity of all of them; [`NARX`] and [`VOLTERRA`] are references without blocks.
 //!
-//! | structure | identification | even nonlinearity | coloured input | standard errors | missing outputs |
-//! |---|---|---|---|---|---|
-//! | linear, of every input | [`LINEAR`] | | yes | yes | no |
-//! | static, linear | [`PlainHammerstein`] | yes | deconvolved | band | no |
-//! | static, linear | [`RefinedHammerstein`] | yes | yes | yes | yes |
-//! | linear, static | [`WIENER`] | yes | yes | no | no |
-//! | linear, static, linear | [`WIENER_HAMMERSTEIN`] | no | yes | no | no |
-//! | static, linear, static | [`HAMMERSTEIN_WIENER`] | the first | yes | no | no |
-//! | a sum of static, linear | [`PARALLEL`] | yes | yes | no | no |
-//! | a sum of linear, static, linear | [`PARALLEL`] | with others | yes | no | no |
-//! | static, linear, of every input | [`MULTIPLE_INPUTS`] | yes | yes | no | no |
-//! | static of all inputs, linear | [`JOINT_INPUTS`] | yes | yes | no | no |
-//! | static in a feedback loop | [`FEEDBACK`] | yes | yes | band | no |
-//! | delay, static | [`Structure::by_name`]`("static")` | yes | yes | no | no |
-//! | no blocks: past outputs and inputs | [`NARX`] | yes | yes | no | no |
-//! | no blocks: past inputs | [`VOLTERRA`] | yes | yes | no | no |
-//! | any of the first five, or none | [`AUTO`] | all but the last | yes | that of the chosen | no |
+//! | structure | identification | even nonlinearity | coloured input | standard errors |
+//! |---|---|---|---|---|
+//! | linear, of every input | [`LINEAR`] | | yes | yes |
+//! | static, linear | [`PlainHammerstein`] | yes | deconvolved | band |
+//! | static, linear | [`RefinedHammerstein`] | yes | yes | yes |
+//! | linear, static | [`WIENER`] | yes | yes | yes |
+//! | linear, static, linear | [`WIENER_HAMMERSTEIN`] | no | yes | yes |
+//! | static, linear, static | [`HAMMERSTEIN_WIENER`] | the first | yes | yes |
+//! | a sum of static, linear | [`PARALLEL`] | yes | yes | of a single branch |
+//! | a sum of linear, static, linear | [`PARALLEL`] | with others | yes | of a single branch |
+//! | static, linear, of every input | [`MULTIPLE_INPUTS`] | yes | yes | yes |
+//! | static of all inputs, linear | [`JOINT_INPUTS`] | yes | yes | no |
+//! | static in a feedback loop | [`FEEDBACK`] | yes | yes | band |
+//! | delay, static | [`Structure::by_name`]`("static")` | yes | yes | no |
+//! | no blocks: past outputs and inputs | [`NARX`] | yes | yes | no |
+//! | no blocks: past inputs | [`VOLTERRA`] | yes | yes | no |
+//! | any of the first five, or none | [`AUTO`] | all but the last | yes | that of the chosen |
+//!
+//! All of them can leave out missing outputs ([`Options::missing`]).
 
 mod auto;
 mod block;
@@ -32,6 +34,7 @@ mod derivative_tests;
 mod feedback;
 pub mod hammerstein;
 mod limits;
+mod missing;
 mod needless;
 mod outcome;
 mod output_error;

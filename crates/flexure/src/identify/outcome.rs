@@ -229,12 +229,13 @@ impl Verdict {
             nearly_all(self.measures.r_squared.max(0.0))
         );
         if let Some(Hiding { samples, share }) = self.hidden_by {
-            let (samples, carry) = (
-                counted(samples, "sample"),
-                if samples == 1 { "carries" } else { "carry" },
-            );
+            let [carry, hide] = match samples {
+                1 => ["carries", "hides"],
+                _ => ["carry", "hide"],
+            };
+            let samples = counted(samples, "sample");
             return format!(
-                "{explains} Whether it holds is not known: {samples} far from all others {carry} {} of the squared error and hide the rest \
+                "{explains} Whether it holds is not known: {samples} far from all others {carry} {} of the squared error and {hide} the rest \
                  from the tests. The option robust (--robust) leaves them out of the verdict.",
                 percent(share)
             );
@@ -286,8 +287,7 @@ impl Verdict {
             }
             (false, true) => "The model holds: no residual test finds anything that it leaves unexplained.",
             (false, false) => {
-                "The model holds: its error is independent of the input. It is not white, \
-                 so the noise is coloured or enters before the linear part."
+                "The model holds: its error is independent of the input. The error is correlated in time, as coloured noise is."
             }
         }
     }

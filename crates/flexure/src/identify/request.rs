@@ -6,10 +6,10 @@ use std::sync::OnceLock;
 use super::block::{Monitor, Prepared};
 use super::hammerstein::options::{HammersteinMethod, RefinedHammerstein};
 use super::limits::FEWEST_SAMPLES;
-use super::needless;
 use super::result::{Identification, StructureName};
 use super::robust;
 use super::samples::{Samples, refuse_repeated};
+use super::{missing, needless};
 use crate::error::{Error, Result};
 use crate::record::Record;
 
@@ -79,9 +79,27 @@ impl Structure {
     pub fn identify_with(&self, request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
         let result = match request.options.robust {
             true => robust::identify(self, request, progress)?,
-            false => robust::warned((self.identify)(request, progress)?, request)?,
+            false => robust::warned(self.identify_as_is(request, progress)?, request)?,
         };
         needless::warned(result, request)
+    }
+
+    /// The identification from all outputs that there are.
+    pub(super) fn identify_as_is(&self, request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
+        if !request.options.missing || request.outputs.is_some() {
+            return (self.identify)(request, progress);
+        }
+        let mut result = match self.is_refined(&request.options) {
+            true => (self.identify)(request, progress)?,
+            false => missing::identify(self, request, progress)?,
+        };
+        result.warnings.extend(missing::warning(&result, request)?);
+        Ok(result)
+    }
+
+    /// Whether this is the refined method for a Hammerstein system, which takes several experiments, and skips missing outputs by itself.
+    pub fn is_refined(&self, options: &Options) -> bool {
+        self.options.contains(&"method") && matches!(options.hammerstein, HammersteinMethod::Refined(_))
     }
 }
 
@@ -95,6 +113,8 @@ pub struct Request<'a> {
     pub output: &'a str,
     /// The choices.
     pub options: Options,
+    /// The output without gaps, for structures that need one at every sample of the record.
+    outputs: Option<&'a [f64]>,
     prepared: OnceLock<Prepared>,
 }
 
@@ -106,8 +126,41 @@ impl<'a> Request<'a> {
             inputs,
             output,
             options,
+            outputs: None,
             prepared: OnceLock::new(),
         }
+    }
+
+    /// The same request, with an output in which no sample of the record is missing.
+    pub(super) fn with_outputs<'b>(&'b self, outputs: &'b [f64]) -> Request<'b> {
+        Request {
+            outputs: Some(outputs),
+            ..self.with_options(self.options.clone())
+        }
+    }
+
+    /// The same request with other choices.
+    pub(super) fn with_options(&self, options: Options) -> Request<'_> {
+        Request {
+            outputs: self.outputs,
+            ..Request::new(self.records, self.inputs, self.output, options)
+        }
+    }
+
+    /// The outputs of the only record, without gaps.
+    pub(super) fn outputs(&self) -> Result<&[f64]> {
+        match self.outputs {
+            Some(outputs) => Ok(outputs),
+            None => self.record()?.finite(self.output),
+        }
+    }
+
+    /// Where the only record has outputs, if some are missing.
+    pub(super) fn present(&self) -> Result<Option<Vec<bool>>> {
+        let is_there = |column: &[f64]| column.iter().map(|y| !y.is_nan()).collect();
+        self.outputs
+            .map(|_| Ok(is_there(self.record()?.column(self.output)?)))
+            .transpose()
     }
 
     /// The only record.
@@ -148,8 +201,7 @@ impl<'a> Request<'a> {
     /// [`samples_of_inputs`](Self::samples_of_inputs), with at least `need` of them for the fit.
     pub(super) fn samples_at_least(&self, what: &'static str, need: usize) -> Result<Samples<'_>> {
         refuse_repeated(self.inputs)?;
-        let share = self.options.fresh_share;
-        Samples::new(self.record()?, self.inputs, self.output, share, what, need)
+        Samples::new(self, what, need)
     }
 
     /// The linear approximations from which several structures start; they are made once for all.
@@ -166,6 +218,8 @@ pub struct Options {
     pub fresh_share: f64,
     /// Whether outliers of the output are left out of the fit and of the verdict, rather than only named.
     pub robust: bool,
+    /// Whether NaN in the output are missing samples; otherwise NaN is refused.
+    pub missing: bool,
     /// The number of branches of [`PARALLEL`](super::PARALLEL), 1 to 5; `None`: 1 to 3 by Schwarz's criterion.
     pub branches: Option<usize>,
     /// The method for a Hammerstein system.
@@ -182,6 +236,7 @@ impl Options {
         Options {
             fresh_share,
             robust: false,
+            missing: false,
             branches: None,
             hammerstein: HammersteinMethod::Refined(method),
         }

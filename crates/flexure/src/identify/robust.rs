@@ -90,7 +90,7 @@ pub(super) fn identify(
         };
         let inner = Request::new(&records, request.inputs, request.output, options);
         let stage = &mut |stage: &str| progress(&format!("without {} outliers, {stage}", found.len()));
-        let mut result = (structure.identify)(&inner, stage)?;
+        let mut result = structure.identify_as_is(&inner, stage)?;
         let next = outliers(request, &measured, &result);
         if next == found || round == ROUNDS {
             result.warnings.retain(|w| !matches!(w, Warning::Outliers { .. }));

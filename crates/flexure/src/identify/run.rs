@@ -49,8 +49,15 @@ impl Run {
         let verdicts = samples.verdicts(&predicted, parameters.into())?;
         let mut warnings = samples.warnings(&verdicts);
         for (path, u) in paths.iter().zip(&samples.u) {
-            if let Some(BlockKind::Static(block)) = path.blocks.first().map(|block| &block.kind) {
-                warn_of_range(&block.curve, &u[samples.fitted..], &mut warnings);
+            let blocks: Vec<&BlockKind> = path.main().map(|block| &block.kind).collect();
+            let first = blocks.iter().position(|kind| matches!(kind, BlockKind::Static(_)));
+            if let Some((i, BlockKind::Static(block))) = first.map(|i| (i, blocks[i])) {
+                let front: Vec<Block> = blocks[..i].iter().map(|kind| kind.model()).collect();
+                let entering = match front.is_empty() {
+                    true => u.to_vec(),
+                    false => Block::Series(front).run(&[u]),
+                };
+                warn_of_range(&block.curve, &entering[samples.fitted..], i == 0, &mut warnings);
             }
         }
         Ok(Run {
@@ -101,6 +108,13 @@ fn free_run(model: &Block, samples: &Samples<'_>) -> Result<Vec<f64>> {
     }
     let mut known = samples.y.to_vec();
     known[samples.fitted..].fill(f64::NAN);
+    if let Some(present) = &samples.present {
+        known
+            .iter_mut()
+            .zip(present)
+            .filter(|(_, present)| !**present)
+            .for_each(|(y, _)| *y = f64::NAN);
+    }
     let state = estimate_initial_state_of_inputs(model, &samples.u, &known)?;
     Ok(state.simulate_inputs(model, &samples.u))
 }

@@ -3,9 +3,9 @@
 use super::block::Prepared;
 use super::checks::{both_vary, fresh_part, warn_if_useless, warn_of_levels};
 use super::outcome::Verdict;
+use super::request::Request;
 use super::warning::Warning;
 use crate::error::{DataError, Error, Result};
-use crate::record::Record;
 use crate::validation::Estimated;
 
 /// Inputs and output, the last part of them kept for the verdict.
@@ -14,6 +14,8 @@ pub(super) struct Samples<'a> {
     pub y: &'a [f64],
     /// Samples before this are fitted.
     pub fitted: usize,
+    /// Where the record has outputs, if some are missing.
+    pub present: Option<Vec<bool>>,
 }
 
 impl<'a> Samples<'a> {
@@ -21,24 +23,39 @@ impl<'a> Samples<'a> {
     ///
     /// # Errors
     /// [`Error::Data`]: `MissingColumn`, `NonFinite`, `Constant`, `ConstantPart`, `TooShort`, `Unit`, [`Error::Parameter`] for a share outside 0.05 to 0.9.
-    pub fn new(
-        record: &'a Record,
-        inputs: &[&str],
-        output: &str,
-        fresh_share: f64,
-        what: &'static str,
-        need: usize,
-    ) -> Result<Samples<'a>> {
-        let fitted = fresh_part(fresh_share, record.len())?;
+    pub fn new(request: &'a Request<'_>, what: &'static str, need: usize) -> Result<Samples<'a>> {
+        let (record, inputs, output) = (request.record()?, request.inputs, request.output);
+        let fitted = fresh_part(request.options.fresh_share, record.len())?;
         let u: Vec<&[f64]> = inputs.iter().map(|i| record.finite(i)).collect::<Result<_>>()?;
-        let y = record.finite(output)?;
+        let y = request.outputs()?;
         if fitted < need {
             return Err(Error::too_short(what, need, fitted));
         }
         let mut named: Vec<(&str, &[f64])> = inputs.iter().copied().zip(u.iter().copied()).collect();
         named.push((output, y));
+        let samples = Samples {
+            present: request.present()?,
+            u,
+            y,
+            fitted,
+        };
+        if samples.fresh(y).is_empty() {
+            return Err(Error::too_short("the fresh part (besides missing samples)", 1, 0));
+        }
         both_vary(&named, fitted)?;
-        Ok(Samples { u, y, fitted })
+        Ok(samples)
+    }
+
+    /// The fresh part of a signal, without the samples whose output is missing.
+    pub fn fresh(&self, signal: &[f64]) -> Vec<f64> {
+        let fresh = &signal[self.fitted..];
+        match &self.present {
+            None => fresh.to_vec(),
+            Some(present) => {
+                let both = fresh.iter().zip(&present[self.fitted..]);
+                both.filter(|(_, present)| **present).map(|(v, _)| *v).collect()
+            }
+        }
     }
 
     /// The first input.
@@ -60,8 +77,9 @@ impl<'a> Samples<'a> {
             parameters,
             samples: fitted,
         });
-        let fresh: Vec<&[f64]> = self.u.iter().map(|u| &u[fitted..]).collect();
-        Verdict::of_inputs(&fresh, &self.y[fitted..], &predicted[fitted..], estimated)
+        let fresh: Vec<Vec<f64>> = self.u.iter().map(|u| self.fresh(u)).collect();
+        let fresh: Vec<&[f64]> = fresh.iter().map(Vec::as_slice).collect();
+        Verdict::of_inputs(&fresh, &self.fresh(self.y), &self.fresh(predicted), estimated)
     }
 
     /// The warnings about the samples and these verdicts.

@@ -2,6 +2,8 @@
 
 use crate::text::{self, number};
 
+/// From this share of missing outputs on, it is said that error bars are too narrow. Convention: they are not known better.
+const NOTICED: f64 = 0.01;
 /// The most outliers that are named by their sample.
 const NAMED_OUTLIERS: usize = 5;
 
@@ -63,12 +65,15 @@ pub enum Warning {
     NoStaticGain,
     /// The fresh part's input leaves the range in which the nonlinearity was estimated.
     #[error(
-        "{percent:.1} % of the fresh part's input lies outside the range [{}, {}] of the fit, where the curve is {}",
+        "{percent:.1} % of {} lies outside the range [{}, {}] of the fit, where the curve is {}",
+        if *.is_input { "the fresh part's input" } else { "what enters the nonlinearity in the fresh part" },
         number(*.low), number(*.high), if *.continued { "continued straight" } else { "held at its end value" }
     )]
     OutsideRange {
         /// Share of the fresh samples.
         percent: f64,
+        /// Whether the input itself enters the curve.
+        is_input: bool,
         /// Smallest input of the fit.
         low: f64,
         /// Largest input of the fit.
@@ -127,6 +132,24 @@ pub enum Warning {
         samples: Vec<usize>,
         /// Whether they were left out.
         left_out: bool,
+    },
+    /// Outputs are missing.
+    #[error(
+        "{missing} of {samples} outputs are missing and left out{}",
+        match *missing as f64 / *samples as f64 {
+            share if *filled && share >= NOTICED => {
+                format!(": in the fit, the model's own values stand in for them, which makes error bars {} too narrow", text::percent(share))
+            }
+            _ => String::new(),
+        }
+    )]
+    MissingOutputs {
+        /// The number of missing outputs.
+        missing: usize,
+        /// The number of samples.
+        samples: usize,
+        /// Whether the model's own outputs were in their places in the fit.
+        filled: bool,
     },
     /// The start of a cascade's search is weak.
     #[error(

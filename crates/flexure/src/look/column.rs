@@ -1,7 +1,7 @@
 //! A column by itself: its range, missing samples, levels, standstill at an extreme, and outliers.
 
 use super::limits::{
-    FEWEST_SAMPLES, MOST_OUTLIERS, OUTLIER, OUTLIER_SIZE, ROUNDING, STOP_HELD, STOP_RATIO, STOP_RUN, STOP_SHARE,
+    FEWEST_SAMPLES, HELD, MOST_OUTLIERS, OUTLIER, OUTLIER_SIZE, ROUNDING, STOP_HELD, STOP_RATIO, STOP_RUN, STOP_SHARE,
     STOP_STEPS,
 };
 use super::quantisation::Quantisation;
@@ -34,6 +34,8 @@ pub struct Column {
     pub constant: bool,
     /// Whether it rises by the same amount from sample to sample, like a sample number or an instant.
     pub counts: bool,
+    /// Whether it holds its values for some samples each, as commands do.
+    pub held: bool,
     /// The values that it takes, in increasing order, if these are few.
     pub levels: Option<Vec<f64>>,
     /// The grid on which its values lie, if there is one.
@@ -43,7 +45,8 @@ pub struct Column {
     /// Its standstill at its greatest value.
     pub upper_stop: Option<Stop>,
     /// Samples far from their neighbours: their distance from the running median of five samples is more than ten times the usual distance
-    /// nearby, and more than a quarter of the standard deviation. Empty if many samples are like this.
+    /// nearby, and more than a quarter of the standard deviation. Empty if many samples are like this. Where a column holds its values for
+    /// some samples, as commands do, neighbours are the values held before and after.
     pub outliers: Vec<usize>,
     /// Its power spectrum; `None` if the column does not vary.
     pub spectrum: Option<Spectrum>,
@@ -91,6 +94,7 @@ impl Column {
             deviation,
             constant,
             counts: !constant && counts(samples),
+            held: !constant && bridged.len() > HELD * runs(bridged).count(),
             levels: None,
             quantisation: None,
             lower_stop: None,
@@ -108,7 +112,7 @@ impl Column {
             let step = column.quantisation.map_or((greatest - least) / STOP_STEPS, |q| q.step);
             column.lower_stop = stop(samples, &sorted, least, step);
             column.upper_stop = stop(samples, &sorted, greatest, step);
-            column.outliers = standing_alone(samples, bridged, deviation, column.quantisation.map_or(0.0, |q| q.step));
+            column.outliers = standing_alone(&column, samples, bridged);
         }
         column.spectrum = Spectrum::new(bridged);
         column
@@ -118,6 +122,11 @@ impl Column {
     pub fn is_signal(&self) -> bool {
         !self.constant && !self.counts && self.samples >= FEWEST_SAMPLES && self.samples > self.missing + self.infinite
     }
+}
+
+/// The runs of equal samples.
+fn runs(samples: &[f64]) -> impl Iterator<Item = &[f64]> {
+    samples.chunk_by(|a, b| a == b)
 }
 
 /// Whether the samples rise evenly, except for rounding.
@@ -132,11 +141,10 @@ fn counts(samples: &[f64]) -> bool {
 
 /// The standstill at an extreme of a column whose values, in increasing order, are `sorted`.
 fn stop(samples: &[f64], sorted: &[f64], extreme: f64, step: f64) -> Option<Stop> {
-    let runs = || samples.chunk_by(|a, b| a == b);
-    let at_extreme = || runs().filter(|run| run[0] == extreme).map(<[f64]>::len);
+    let at_extreme = || runs(samples).filter(|run| run[0] == extreme).map(<[f64]>::len);
     let (at, longest) = (at_extreme().sum::<usize>(), at_extreme().max().unwrap_or(0));
     // How long the value of a usual sample is held.
-    let mut held: Vec<usize> = runs().flat_map(|run| vec![run.len(); run.len()]).collect();
+    let mut held: Vec<usize> = runs(samples).flat_map(|run| vec![run.len(); run.len()]).collect();
     held.sort_unstable();
     let usual = held.get(held.len() / 2).copied().unwrap_or(1);
     let within = |low: f64, high: f64| sorted.partition_point(|v| *v < high) - sorted.partition_point(|v| *v < low);
@@ -153,11 +161,24 @@ fn stop(samples: &[f64], sorted: &[f64], extreme: f64, step: f64) -> Option<Stop
 }
 
 /// The outliers (Hampel 1974, about a running median of five, which preserves steps).
-fn standing_alone(samples: &[f64], bridged: &[f64], deviation: f64, step: f64) -> Vec<usize> {
-    let distances = outliers::distances(bridged);
-    let matters = |t: &usize| samples[*t].is_finite() && distances[*t] > OUTLIER_SIZE * deviation;
+fn standing_alone(column: &Column, samples: &[f64], bridged: &[f64]) -> Vec<usize> {
+    // Each value that is held counts once.
+    let lengths: Vec<usize> = match column.held {
+        true => runs(bridged).map(<[f64]>::len).collect(),
+        false => vec![1; bridged.len()],
+    };
+    let starts: Vec<usize> = lengths
+        .iter()
+        .scan(0, |next, len| Some(std::mem::replace(next, *next + len)))
+        .collect();
+    let values: Vec<f64> = starts.iter().map(|&start| bridged[start]).collect();
+    let distances = outliers::distances(&values);
+    let matters = |k: &usize| {
+        lengths[*k] == 1 && samples[starts[*k]].is_finite() && distances[*k] > OUTLIER_SIZE * column.deviation
+    };
+    let step = column.quantisation.map_or(0.0, |q| q.step);
     let found = outliers::far(&distances, OUTLIER, step).into_iter();
-    let found: Vec<usize> = found.filter(matters).collect();
+    let found: Vec<usize> = found.filter(matters).map(|k| starts[k]).collect();
     match found.len() as f64 > MOST_OUTLIERS * bridged.len() as f64 {
         true => Vec::new(),
         false => found,

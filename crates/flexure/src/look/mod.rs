@@ -79,7 +79,7 @@ pub struct Integration {
 
 /// Looks at a record. `time` is the name of the column of the instants, `sample_time` the time between two samples in s.
 ///
-/// If a test needs all samples, missing or infinite ones are interpolated linearly. Columns that do not vary, count the samples or are
+/// If a test needs all samples, missing or infinite ones are interpolated linearly; for the tests of dependence, outliers are too. Columns that do not vary, count the samples or are
 /// mostly missing take no part in the tests of dependence.
 ///
 /// # Errors
@@ -97,10 +97,11 @@ pub fn look(record: &Record, time: Option<&str>, sample_time: Option<f64>) -> Re
     let columns = parallel::map(all.len(), |i| Column::new(all[i].0, all[i].1, &whole[i]));
     crate::interrupt::check()?;
     let is_signal = |i: &usize| Some(*i) != time && columns[*i].is_signal();
-    let signals: Vec<(usize, &[f64])> = (0..all.len())
+    let usual: Vec<(usize, Vec<f64>)> = (0..all.len())
         .filter(is_signal)
-        .map(|i| (i, whole[i].as_slice()))
+        .map(|i| (i, without(&whole[i], &columns[i].outliers)))
         .collect();
+    let signals: Vec<(usize, &[f64])> = usual.iter().map(|(i, samples)| (*i, samples.as_slice())).collect();
     let dependences = dependence::dependences(&signals);
     crate::interrupt::check()?;
     let part = dependence::stretch(record.len(), signals.len());
@@ -123,4 +124,11 @@ pub fn look(record: &Record, time: Option<&str>, sample_time: Option<f64>) -> Re
         integrations: integrations.into_iter().flatten().collect(),
         relations,
     })
+}
+
+/// The samples, with those at some places interpolated.
+fn without(samples: &[f64], at: &[usize]) -> Vec<f64> {
+    let mut known = samples.to_vec();
+    at.iter().for_each(|&t| known[t] = f64::NAN);
+    if at.is_empty() { known } else { bridged(&known) }
 }

@@ -13,13 +13,14 @@ fn forms_are_fitted_and_wrong_ones_are_refuted() {
     let forms = [
         PhysicalForm::DeadZone,
         PhysicalForm::Saturation,
+        PhysicalForm::LimitedDeadZone,
         PhysicalForm::Quantizer,
         PhysicalForm::Polynomial(3),
         PhysicalForm::Friction,
         PhysicalForm::Stiffness,
     ];
     type Case = (fn(f64) -> f64, PhysicalForm, &'static [f64]);
-    let cases: [Case; 6] = [
+    let cases: [Case; 7] = [
         (
             |x| (x - 0.7).max(0.0) + (x + 0.5).min(0.0),
             PhysicalForm::DeadZone,
@@ -29,6 +30,14 @@ fn forms_are_fitted_and_wrong_ones_are_refuted() {
             |x| 2.0 * x.clamp(-0.8, 1.1),
             PhysicalForm::Saturation,
             &[-0.8, 1.1, 6.0, 0.0],
+        ),
+        (
+            |x| {
+                let held = x.clamp(-1.5, 1.3);
+                (held - 0.5).max(0.0) + (held + 0.4).min(0.0)
+            },
+            PhysicalForm::LimitedDeadZone,
+            &[-1.5, -0.4, 0.5, 1.3, 3.0, 0.0],
         ),
         (|x| (x / 0.4).round(), PhysicalForm::Quantizer, &[0.4, 3.0, 0.0]),
         (
@@ -51,9 +60,13 @@ fn forms_are_fitted_and_wrong_ones_are_refuted() {
         let record = hammerstein(phi, &linear, 20_000, 0.1, 11);
         for candidate in forms {
             let fit = fitted_form(&record, candidate);
-            // A joint's stiffness contains the odd cubic.
-            let nested =
-                candidate == form || form == PhysicalForm::Polynomial(3) && candidate == PhysicalForm::Stiffness;
+            // A joint's stiffness contains the odd cubic, a dead zone with limits one without, and a saturation.
+            let nested = match form {
+                PhysicalForm::Polynomial(3) => candidate == PhysicalForm::Stiffness,
+                PhysicalForm::DeadZone | PhysicalForm::Saturation => candidate == PhysicalForm::LimitedDeadZone,
+                _ => false,
+            };
+            let nested = nested || candidate == form;
             assert_eq!(
                 fit.get("holds"),
                 Some(&Value::Flag(nested)),

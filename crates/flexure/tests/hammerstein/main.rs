@@ -15,9 +15,11 @@ mod robustness;
 mod starts;
 mod verdict;
 
+use std::ops::ControlFlow;
+
 use flexure::Record;
 use flexure::identify::result::{CoefficientErrors, ImpulseEstimate, StaticBlock, Value};
-use flexure::identify::{Identification, PlainHammerstein};
+use flexure::identify::{Identification, Options, PlainHammerstein, Request, Structure};
 use flexure::linear::TransferFunction;
 use flexure::nonlinearity::Curve;
 use rand::{RngExt, SeedableRng};
@@ -60,6 +62,19 @@ fn hammerstein(phi: impl Fn(f64) -> f64, linear: &TransferFunction, n: usize, no
 
 fn identify(record: &Record) -> Identification {
     PlainHammerstein::default().identify(record, "u", "y").unwrap()
+}
+
+/// The identification from a record whose output misses samples.
+fn identify_present(structure: &Structure, record: &Record) -> Identification {
+    let options = Options {
+        missing: true,
+        ..Options::default()
+    };
+    let records = [record];
+    let request = Request::new(&records, &["u"], "y", options);
+    structure
+        .identify_with(&request, &mut |_| ControlFlow::Continue(()))
+        .unwrap()
 }
 
 fn curve(result: &Identification) -> &Curve {

@@ -3,7 +3,7 @@
 use flexure::Error;
 use flexure::error::DataError;
 use flexure::identify::result::{Value, Values};
-use flexure::identify::{Calibration, RefinedHammerstein, Warning};
+use flexure::identify::{Calibration, HAMMERSTEIN, RefinedHammerstein, Warning};
 use flexure::systems::{KnownHammerstein, KnownNonlinearity, known_linear_parts, relative_error_after_alignment};
 
 use super::*;
@@ -189,11 +189,7 @@ fn missing_samples_are_skipped() {
     let holes = record(complete.column("u").unwrap().to_vec(), y);
     let refused = RefinedHammerstein::default().identify(&holes, "u", "y");
     assert!(matches!(refused, Err(Error::Data(DataError::NonFinite { .. }))));
-    let method = RefinedHammerstein {
-        missing: true,
-        ..Default::default()
-    };
-    let result = method.identify(&holes, "u", "y").unwrap();
+    let result = identify_present(&HAMMERSTEIN, &holes);
     let (got, with_all) = (error(f64::tanh, &result), error(f64::tanh, &refined(&complete)));
     assert!(got < 2.0 * with_all + 0.005, "{got} {with_all}");
     assert_close(linear_part(&result).a(), linear.a(), 0.01, "a");
@@ -205,10 +201,6 @@ fn missing_samples_are_skipped() {
 fn missing_samples_cost_little_in_coloured_noise() {
     let [linear, _] = known_linear_parts();
     let phi = |u: f64| u.signum() * (u.abs() - 0.5).max(0.0);
-    let method = RefinedHammerstein {
-        missing: true,
-        ..Default::default()
-    };
     let colour = TransferFunction::new(vec![0.1], vec![1.0, -0.8]).unwrap();
     let (mut with_all, mut with_few) = (0.0, 0.0);
     for seed in 0..6 {
@@ -227,7 +219,7 @@ fn missing_samples_cost_little_in_coloured_noise() {
             .iter()
             .zip(draws)
             .map(|(y, draw)| if draw > 0.8 { f64::NAN } else { *y });
-        with_few += error(phi, &method.identify(&record(u(), holes.collect()), "u", "y").unwrap()) / 6.0;
+        with_few += error(phi, &identify_present(&HAMMERSTEIN, &record(u(), holes.collect()))) / 6.0;
         with_all += error(phi, &refined(&record(u(), y))) / 6.0;
     }
     assert!(with_few < 1.4 * with_all, "{with_few} {with_all}");

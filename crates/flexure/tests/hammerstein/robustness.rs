@@ -1,6 +1,6 @@
 //! No record that passes the input checks makes the identification panic, or return what cannot be used.
 
-use flexure::identify::{Calibration, PhysicalForm, RefinedHammerstein, RegressionLag};
+use flexure::identify::{Calibration, HAMMERSTEIN, HammersteinMethod, PhysicalForm, RefinedHammerstein, RegressionLag};
 use proptest::prelude::*;
 
 use super::refined::{breakpoints, named, noise};
@@ -164,12 +164,14 @@ proptest! {
         let parts: Vec<Record> = (0..cuts).map(|k| whole.slice(k * case.n / cuts..(k + 1) * case.n / cuts)).collect();
         let method = RefinedHammerstein {
             calibration: case.method.calibration,
-            missing: true,
             form: forms.get(case.seed as usize % (forms.len() + 1)).copied(),
             fresh_share: case.method.fresh_share,
             ..Default::default()
         };
-        match method.identify_experiments(&parts.iter().collect::<Vec<_>>(), "u", "y") {
+        let options = Options { missing: true, ..Options::with_method(HammersteinMethod::Refined(method)) };
+        let records = parts.iter().collect::<Vec<_>>();
+        let request = Request::new(&records, &["u"], "y", options);
+        match HAMMERSTEIN.identify_with(&request, &mut |_| ControlFlow::Continue(())) {
             Ok(result) => {
                 prop_assert!(linear_part(&result).is_stable(), "{:?}", linear_part(&result));
                 let finite = |v: &[f64]| v.iter().all(|v| v.is_finite());

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use flexure::Record;
-use flexure::identify::result::{BlockKind, LinearBlock, Path, ResponseError, StaticBlock};
+use flexure::identify::result::{BlockKind, LinearBlock, NamedBlock, Path, ResponseError, StaticBlock};
 use flexure::identify::{Identification, NarxModel, NarxTerm, VolterraModel};
 use flexure::linear::{Complex, TransferFunction};
 use flexure::quantiles::NORMAL_95;
@@ -145,6 +145,9 @@ impl Drawing<'_> {
     }
 }
 
+/// A static gain within this distance of 1 is 1.
+const UNIT_GAIN: f64 = 1e-9;
+
 /// The name of the signal that enters the block of this index.
 fn behind(labels: &Labels, path: &Path, index: usize) -> String {
     match index.checked_sub(1).and_then(|i| path.blocks.get(i)) {
@@ -153,13 +156,18 @@ fn behind(labels: &Labels, path: &Path, index: usize) -> String {
     }
 }
 
-/// The name of the signal that leaves the block of this index.
+/// The name of the signal that leaves the block of this index. At a constant input it is the output itself, if only a linear part of
+/// static gain 1 follows.
 fn leaving(identified: &Identified, path: &Path, index: usize) -> String {
     let result = &identified.result;
-    let is_last = path.main().count() == index + 1;
-    match is_last && !result.is_sum && result.output_offset == 0.0 {
-        true => identified.labels.of(&result.output),
-        false => "output of the nonlinearity".to_owned(),
+    let after: Vec<&NamedBlock> = path.main().skip(index + 1).collect();
+    let keeps = |g: &LinearBlock| (g.system.static_gain() - 1.0).abs() < UNIT_GAIN;
+    match (result.is_sum || result.output_offset != 0.0, &after[..]) {
+        (false, []) => identified.labels.of(&result.output),
+        (false, [only]) if only.linear().is_some_and(keeps) => {
+            format!("steady {}", identified.labels.of(&result.output))
+        }
+        _ => "output of the nonlinearity".to_owned(),
     }
 }
 

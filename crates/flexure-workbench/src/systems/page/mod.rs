@@ -6,6 +6,7 @@ mod diagram;
 
 use anyhow::{Context as _, Result};
 use flexure::Record;
+use flexure::identify::Warning;
 use flexure::text::capitalised;
 use flexure_io::RecordFile;
 use flexure_report::data::{ArmMotion, Axis, Page, Prediction, Residuals, Signal, Test, TestOutcome, Verdict};
@@ -144,10 +145,21 @@ fn signal(labels: &Labels, column: &str, values: &[f64]) -> Signal {
 /// Measured against predicted on the fresh part.
 fn prediction(identified: &Identified, file: &RecordFile, y: &[f64]) -> Prediction {
     let result = &identified.result;
+    let mut measured = y.to_vec();
+    // What was left out is no error of the model; it would hide the others.
+    for warning in &result.warnings {
+        if let Warning::Outliers {
+            samples,
+            left_out: true,
+        } = warning
+        {
+            samples.iter().for_each(|&t| measured[t] = f64::NAN);
+        }
+    }
     Prediction {
         y_label: identified.labels.of(&result.output),
         time: time_axis(file, identified.sample_time, result.fitted),
-        measured: y[result.fitted..].to_vec(),
+        measured: measured.split_off(result.fitted),
         predicted: result.predicted[result.fitted..].to_vec(),
         fit_percent: result.verdict.measures.fit_percent,
         rms: result.verdict.measures.rms,

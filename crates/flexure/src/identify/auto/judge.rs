@@ -15,15 +15,15 @@ use crate::validation::{LEVEL, PairedComparison, ResidualTest};
 pub(super) struct Judged<'a> {
     pub structure: StructureName,
     pub verdict: &'a Verdict,
-    predicted: &'a [f64],
+    predicted: Vec<f64>,
     /// Fresh errors, uncut and cut.
     uncut: Vec<f64>,
     errors: Vec<f64>,
 }
 
 impl<'a> Judged<'a> {
-    pub fn new(structure: StructureName, verdict: &'a Verdict, y: &[f64], predicted: &'a [f64]) -> Judged<'a> {
-        let errors: Vec<f64> = y.iter().zip(predicted).map(|(y, p)| y - p).collect();
+    pub fn new(structure: StructureName, verdict: &'a Verdict, y: &[f64], predicted: Vec<f64>) -> Judged<'a> {
+        let errors: Vec<f64> = y.iter().zip(&predicted).map(|(y, p)| y - p).collect();
         Judged {
             structure,
             verdict,
@@ -146,13 +146,13 @@ pub(super) fn judge<'a>(candidates: &[Judged<'a>], inputs: &[&[f64]]) -> Judgeme
         0.0
     } else {
         let seen = c.verdict.refutation().map_or(0.0, ResidualTest::dependent_share);
-        let by_inputs = inputs.iter().map(|u| explained(&c.errors, u, c.predicted));
+        let by_inputs = inputs.iter().map(|u| explained(&c.errors, u, &c.predicted));
         by_inputs.fold(seen, f64::max)
     };
     let supported = c.verdict.holds();
     let looks_like = match supported {
         true => Vec::new(),
-        false => symptoms(c.verdict, &c.uncut, inputs, c.predicted),
+        false => symptoms(c.verdict, &c.uncut, inputs, &c.predicted),
     };
     let seen = looks_like
         .iter()

@@ -83,8 +83,10 @@ pub const AUTO: Structure = Structure {
 fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
     let what = "a comparison of structures (besides the fresh part)";
     let samples = request.samples_at_least(what, FEWEST_SAMPLES)?;
-    let options = Options::with_fresh_share(request.options.fresh_share);
-    let request = Request::new(request.records, request.inputs, request.output, options);
+    let request = request.with_options(Options {
+        missing: request.options.missing,
+        ..Options::with_fresh_share(request.options.fresh_share)
+    });
     let mut fitted: Vec<Identification> = Vec::new();
     let mut others = Others::default();
     for structure in compared_structures(request.inputs.len()) {
@@ -135,14 +137,15 @@ fn rank(structure: StructureName) -> Option<Rank> {
 
 /// The fitted candidates on the fresh samples.
 fn judged<'a>(samples: &Samples<'_>, fitted: &'a [Identification]) -> Vec<Judged<'a>> {
-    let y = &samples.y[samples.fitted..];
-    let of = |i: &'a Identification| Judged::new(i.structure, &i.verdict, y, &i.predicted[samples.fitted..]);
+    let y = samples.fresh(samples.y);
+    let of = |i: &'a Identification| Judged::new(i.structure, &i.verdict, &y, samples.fresh(&i.predicted));
     fitted.iter().map(of).collect()
 }
 
 /// The comparison of the fitted candidates.
 fn compared(samples: &Samples<'_>, mut fitted: Vec<Identification>, others: &Others) -> Identification {
-    let u: Vec<&[f64]> = samples.u.iter().map(|u| &u[samples.fitted..]).collect();
+    let u: Vec<Vec<f64>> = samples.u.iter().map(|u| samples.fresh(u)).collect();
+    let u: Vec<&[f64]> = u.iter().map(Vec::as_slice).collect();
     let judged = judged(samples, &fitted);
     let judgement = judge(&judged, &u);
     let candidates: Vec<StructureCandidate> = fitted

@@ -13,11 +13,11 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement<'
     let verdict = judgement.verdict;
     let mut all = vec![match (judgement.supported, verdict.refutation()) {
         (true, None) => {
-            format!("The data support {name}: no simpler structure predicts as well, and no residual test refutes it.")
+            format!("The data support {name}: simpler structures predict worse, and no residual test refutes it.")
         }
         (true, Some(_)) => format!(
-            "The data support {name}: no simpler structure predicts as well, and the misfit that a test sees is negligible, {} of the \
-             output's standard deviation.",
+            "The data support {name}: simpler structures predict worse, and the misfit that a test sees is negligible, {} of the output's \
+             standard deviation.",
             percent(verdict.misfit())
         ),
         (false, _) if verdict.measures.fit_percent <= 0.0 => {
@@ -44,6 +44,19 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement<'
             "{other} predicts as well as {name}: these data do not distinguish them."
         ));
     }
+    let as_well: Vec<&str> = (candidates.iter().enumerate())
+        .filter(|(i, c)| {
+            judgement.supported && *i != judgement.chosen && c.refuted_by.is_empty() && !judgement.ties.contains(i)
+        })
+        .map(|(_, c)| c.structure.title)
+        .collect();
+    if !as_well.is_empty() {
+        let predict = if as_well.len() == 1 { "predicts" } else { "predict" };
+        all.push(format!(
+            "More general than {name}, {} {predict} as well.",
+            listed(&as_well)
+        ));
+    }
     let refuted = candidates
         .iter()
         .filter(|c| !(judgement.supported && c.structure == name))
@@ -63,6 +76,15 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement<'
         }
     }
     all
+}
+
+/// Names in a sentence.
+fn listed(names: &[&str]) -> String {
+    match names {
+        [] => String::new(),
+        [one] => (*one).to_owned(),
+        [others @ .., last] => format!("{} and {last}", others.join(", ")),
+    }
 }
 
 /// The strongest evidence against a candidate: a comparison, otherwise the test that detects the largest share.

@@ -264,7 +264,7 @@ fn with_judged<T>(
         .map(|y| Verdict::new(u, y, &predicted).unwrap())
         .collect();
     let candidates: Vec<Judged<'_>> = (0..errors.len())
-        .map(|i| Judged::new(errors[i].0, &verdicts[i], &outputs[i], &predicted))
+        .map(|i| Judged::new(errors[i].0, &verdicts[i], &outputs[i], predicted.clone()))
         .collect();
     then(&candidates)
 }

@@ -91,7 +91,6 @@ pub const HAMMERSTEIN: Structure = Structure {
         "unit",
         "known",
         "form",
-        "missing",
         "start",
         "lag",
         "nonlinearity",
@@ -139,7 +138,7 @@ impl PlainHammerstein {
 
     fn identified(&self, request: &Request<'_>) -> Result<Identification> {
         let (record, input) = (request.record()?, request.input()?);
-        let (u, y) = (record.finite(input)?, record.finite(request.output)?);
+        let (u, y) = (record.finite(input)?, request.outputs()?);
         let fitted = self.check(u.len())?;
         both_vary(&[(input, u), (request.output, y)], fitted)?;
         let (x, y_fit) = (&u[..fitted], &y[..fitted]);
@@ -162,7 +161,12 @@ impl PlainHammerstein {
         warnings.extend(calibrated.warning.clone());
         self.outcome(
             request,
-            &Samples { u: vec![u], y, fitted },
+            &Samples {
+                u: vec![u],
+                y,
+                fitted,
+                present: request.present()?,
+            },
             &estimate,
             &realised,
             &calibrated,
@@ -238,7 +242,7 @@ impl PlainHammerstein {
         let m = estimate.regression.tabulated(&u[..fitted - estimate.regression_lag])?;
         let curve = m.curve.affine(gain, calibrated.mean - gain * estimate.regression.mean);
         let linear = delayed(realised.linear.b(), realised.linear.a(), gain, estimate.delay)?;
-        warn_of_range(&curve, &u[fitted..], &mut warnings);
+        warn_of_range(&curve, &u[fitted..], true, &mut warnings);
         let response = &estimate.response;
         let mut curve = StaticBlock {
             band: (m.standard_errors.iter()).map(|e| NORMAL_95 * gain.abs() * e).collect(),
@@ -257,7 +261,7 @@ impl PlainHammerstein {
         let path = path(request, details::named(curve, linear));
         let model = path.model(output_offset);
         let predicted = model.simulate(u);
-        let verdict = Verdict::new(&u[fitted..], &y[fitted..], &predicted[fitted..])?;
+        let verdict = Verdict::new(&samples.fresh(u), &samples.fresh(y), &samples.fresh(&predicted))?;
         warn_if_useless(&verdict, &mut warnings);
         let run = Run {
             model,

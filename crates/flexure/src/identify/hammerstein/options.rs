@@ -78,8 +78,6 @@ pub struct RefinedHammerstein {
     pub start: EstimatorName,
     /// Whether to whiten the output error by an autoregression; by default it is.
     pub noise_model: bool,
-    /// Whether NaN in the output are missing samples; otherwise NaN is refused.
-    pub missing: bool,
     /// The form to fit to the nonlinearity and to test.
     pub form: Option<PhysicalForm>,
     /// The share of the samples, at their end, that is used for the verdict, 0.05 to 0.9; by default 0.25.
@@ -94,7 +92,6 @@ impl Default for RefinedHammerstein {
             calibration: Calibration::default(),
             start: EstimatorName::Kernel,
             noise_model: true,
-            missing: false,
             form: None,
             fresh_share: 0.25,
         }

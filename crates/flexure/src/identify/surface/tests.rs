@@ -7,7 +7,7 @@ use super::*;
 use crate::identify::MULTIPLE_INPUTS;
 use crate::identify::Verdict;
 use crate::identify::block::{Rational, standardised};
-use crate::identify::samples::Samples;
+use crate::identify::request::{Options, Request};
 use crate::linear::correlation::variance;
 use crate::record::Record;
 use crate::validation::FitMeasures;
@@ -64,7 +64,9 @@ fn error(surface: &Surface, phi: Phi, reach: f64) -> f64 {
 
 /// The same estimator of the surface where the linear part is known.
 fn oracle(record: &Record, pieces: usize) -> Surface {
-    let samples = Samples::new(record, &["p", "q"], "y", 0.25, "a test", 0).unwrap();
+    let records = [record];
+    let request = Request::new(&records, &["p", "q"], "y", Options::default());
+    let samples = request.samples_at_least("a test", 0).unwrap();
     let prepared = samples.prepared();
     let data = &prepared.data;
     let g = linear();

@@ -146,6 +146,17 @@ fn no_outliers_where_there_are_none() {
     assert!(column(&sine).outliers.is_empty());
 }
 
+/// A command that is held for 1 to 40 samples: a value that is held for one sample is no outlier, one far beyond all others is.
+#[test]
+fn values_that_are_held_count_once() {
+    let values = noise(600, 12);
+    let held: Vec<f64> = (0..600).flat_map(|k| vec![values[k]; 1 + k * 31 % 40]).collect();
+    assert!(column(&held).outliers.is_empty());
+    let mut spoiled = held.clone();
+    spoiled[5000] += 30.0 * column(&held).deviation;
+    assert_eq!(column(&spoiled).outliers, [5000]);
+}
+
 #[test]
 fn a_clock_with_jitter_gaps_and_steps_back() {
     let even: Vec<f64> = (0..100).map(|i| 0.01 * f64::from(i)).collect();

@@ -43,6 +43,27 @@ fn delays_under_a_coloured_input() {
     assert_eq!((found.cause, found.delay, found.direction), (0, 4, Direction::Forward));
 }
 
+/// Outliers whiten badly: without them the effect does not seem to lead its cause.
+#[test]
+fn outliers_do_not_turn_a_dependence_round() {
+    for seed in 31..36 {
+        let values = noise(SAMPLES, seed);
+        let u: Vec<f64> = (0..SAMPLES).map(|t| values[t / 7]).collect();
+        let clean = sum(&lag(0.95, &later(3, &u)), &times(0.05, &noise(SAMPLES, seed + 100)));
+        let mut y = clean.clone();
+        for at in [411, 1333, 1334, 2600, 3777] {
+            y[at] += 30.0;
+        }
+        let found = only(&u, &y);
+        assert_eq!(
+            (found.cause, found.delay, found.direction),
+            (0, 3, Direction::Forward),
+            "seed {seed}"
+        );
+        assert!((found.coherent - only(&u, &clean).coherent).abs() < 1e-3, "seed {seed}");
+    }
+}
+
 #[test]
 fn a_long_delay_is_found_to_a_block() {
     let u = lag(0.9, &noise(20_000, 21));

@@ -17,6 +17,7 @@ use super::loss::Equations;
 use super::piecewise::{Breakpoint, Term, breakpoints};
 use crate::error::Result;
 use crate::identify::block::UnitDiagonal;
+use crate::identify::limits::FEW_LEVELS;
 use crate::identify::result::CoefficientErrors;
 use crate::identify::warning::Warning;
 use crate::linear::TransferFunction;
@@ -255,7 +256,7 @@ fn outside(terms: &[Term], cells: &Cells) -> Outside {
 /// Evenly spaced points, and those around every breakpoint; for an input with few levels, only these.
 fn abscissas(minimum: &Minimum, cells: &Cells) -> Vec<f64> {
     let unit = cells.unit;
-    let mut at = cells.levels(POINTS).unwrap_or_else(|| {
+    let mut at = cells.levels(FEW_LEVELS).unwrap_or_else(|| {
         let even = (0..POINTS).map(|i| unit.back(-1.0 + 2.0 * i as f64 / (POINTS - 1) as f64));
         let around = minimum.terms.iter().flat_map(|term| match *term {
             Term::TruncatedPower { at, degree: 0 } => vec![unit.back(at), unit.back(at - JUMP_WIDTH)],

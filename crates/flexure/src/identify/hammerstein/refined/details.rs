@@ -42,9 +42,16 @@ impl RefinedHammerstein {
         blocks: &CalibratedBlocks,
     ) -> Result<Vec<Detail>> {
         let (breakpoints, points) = (&blocks.breakpoints, &blocks.memory_removed);
-        let form = match self.form {
-            Some(form) => Some(points.fit_form(form)?),
-            None => points.sufficient_form(),
+        let has_jump = breakpoints.iter().any(|b| b.kind == "jump");
+        let asked = self.form.map(|form| points.fit_form(form)).transpose()?;
+        let sufficient = match &asked {
+            Some(fit) if fit.holds() => None,
+            _ => points.sufficient_form(has_jump),
+        };
+        let form = match (asked, sufficient) {
+            (Some(asked), other) => form_detail(&asked, true, other.map(|fit| fit.form)),
+            (None, Some(fit)) => form_detail(&fit, false, None),
+            (None, None) => Detail::new("form", Value::None),
         };
         let text = listed(breakpoints);
         let values: Vec<Values> = (breakpoints.iter())
@@ -76,10 +83,7 @@ impl RefinedHammerstein {
             ),
             Detail::new("memory_removed", memory_removed).unsaved(),
             noise_detail(minimum),
-            form.map_or_else(
-                || Detail::new("form", Value::None),
-                |form| form_detail(&form, self.form, points),
-            ),
+            form,
         ]);
         Ok(details)
     }
@@ -130,8 +134,9 @@ fn standard_error(error: f64) -> Option<f64> {
     (error > 0.0 && error.is_finite()).then_some(error)
 }
 
-/// The form that was fitted to the nonlinearity, and its test; `asked` is the form that was asked for.
-fn form_detail(fit: &PhysicalFormFit, asked: Option<PhysicalForm>, points: &MemoryRemoved) -> Detail {
+/// The form that was fitted to the nonlinearity, and its test: the one that was `asked` for, or one that suffices. If the data refute it,
+/// there may be an `other` one that suffices.
+fn form_detail(fit: &PhysicalFormFit, asked: bool, other: Option<PhysicalForm>) -> Detail {
     let parameters: Vec<Values> = (fit.parameters.iter())
         .map(|p| {
             Values::new([
@@ -149,7 +154,7 @@ fn form_detail(fit: &PhysicalFormFit, asked: Option<PhysicalForm>, points: &Memo
         ("limit", fit.limit.into()),
         ("p_value", fit.p_value.into()),
         ("holds", fit.holds().into()),
-        ("asked", asked.is_some().into()),
+        ("asked", asked.into()),
     ]);
     let mut text: Vec<String> = (fit.parameters.iter())
         .map(|p| match standard_error(p.error) {
@@ -158,17 +163,17 @@ fn form_detail(fit: &PhysicalFormFit, asked: Option<PhysicalForm>, points: &Memo
             None => format!("{} not determined", p.name),
         })
         .collect();
-    if fit.form == PhysicalForm::Saturation {
+    if let Some(ends) = fit.form.flat_beyond() {
         let p: Vec<f64> = fit.parameters.iter().map(|p| p.value).collect();
-        let [low, high] = [0, 1].map(|i| number(fit.form.value(&p, p[i])));
+        let [low, high] = ends.map(|i| number(fit.form.value(&p, p[i])));
         text.push(format!("flat at {low} and at {high}"));
     }
     let mut why = format!(
         "{}; ± one standard error, for the estimated linear part",
         form_verdict(fit)
     );
-    if let Some(other) = (!fit.holds()).then(|| points.sufficient_form()).flatten() {
-        why += &format!("; they do not refute the form {}", other.form);
+    if let Some(other) = other {
+        why += &format!("; they do not refute the form {other}");
     }
     let title = format!("Form {}", fit.form);
     Detail::new("form", value).shown(Place::ChoiceAndText, &title, text.join(", "), &why)

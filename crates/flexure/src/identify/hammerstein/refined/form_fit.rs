@@ -67,12 +67,13 @@ impl PhysicalFormFit {
 }
 
 /// The forms that are tried where none is asked for.
-const USUAL_FORMS: [PhysicalForm; 8] = [
+const USUAL_FORMS: [PhysicalForm; 9] = [
     PhysicalForm::Polynomial(1),
     PhysicalForm::Polynomial(2),
     PhysicalForm::Polynomial(3),
     PhysicalForm::DeadZone,
     PhysicalForm::Saturation,
+    PhysicalForm::LimitedDeadZone,
     PhysicalForm::Quantizer,
     PhysicalForm::Stiffness,
     PhysicalForm::Friction,
@@ -276,9 +277,13 @@ impl MemoryRemoved {
         })
     }
 
-    /// Of the usual forms that the data do not refute, the one that Schwarz's criterion prefers.
-    pub fn sufficient_form(&self) -> Option<PhysicalFormFit> {
-        let fits = USUAL_FORMS.iter().filter_map(|form| self.fit_form(*form).ok());
+    /// Of the usual forms that the data do not refute, the one that Schwarz's criterion prefers. The steps of a quantizer may be so many
+    /// that they suit any curve: it counts only where the estimate has a jump.
+    pub fn sufficient_form(&self, has_jump: bool) -> Option<PhysicalFormFit> {
+        let forms = USUAL_FORMS
+            .iter()
+            .filter(|form| has_jump || **form != PhysicalForm::Quantizer);
+        let fits = forms.filter_map(|form| self.fit_form(*form).ok());
         fits.filter(PhysicalFormFit::holds)
             .min_by(|a, b| a.criterion.total_cmp(&b.criterion))
     }

@@ -7,6 +7,8 @@ pub enum PhysicalForm {
     DeadZone,
     /// slope x, held at its values at low and at high beyond them.
     Saturation,
+    /// The dead zone from low to high, held at its values at bottom and at top beyond them: a valve's.
+    LimitedDeadZone,
     /// height times the nearest whole number to x / step.
     Quantizer,
     /// The polynomial of this degree, at most 15.
@@ -23,6 +25,7 @@ impl std::fmt::Display for PhysicalForm {
         f.write_str(match self {
             PhysicalForm::DeadZone => "dead-zone",
             PhysicalForm::Saturation => "saturation",
+            PhysicalForm::LimitedDeadZone => "limited-dead-zone",
             PhysicalForm::Quantizer => "quantizer",
             PhysicalForm::Friction => "friction",
             PhysicalForm::Stiffness => "stiffness",
@@ -36,6 +39,7 @@ impl PhysicalForm {
     pub(super) fn names(self) -> Vec<String> {
         let fixed: &[&str] = match self {
             PhysicalForm::DeadZone | PhysicalForm::Saturation => &["low", "high", "slope", "offset"],
+            PhysicalForm::LimitedDeadZone => &["bottom", "low", "high", "top", "slope", "offset"],
             PhysicalForm::Quantizer => &["step", "height", "offset"],
             PhysicalForm::Friction => &["g2", "g3", "g5", "g1", "g4", "g6", "offset"],
             PhysicalForm::Stiffness => &["asw", "a1", "a2", "ksw", "offset"],
@@ -51,6 +55,7 @@ impl PhysicalForm {
     pub(super) fn searched(self) -> usize {
         match self {
             PhysicalForm::DeadZone | PhysicalForm::Saturation => 2,
+            PhysicalForm::LimitedDeadZone => 4,
             PhysicalForm::Quantizer | PhysicalForm::Stiffness => 1,
             PhysicalForm::Friction => 3,
             PhysicalForm::Polynomial(_) => 0,
@@ -60,7 +65,10 @@ impl PhysicalForm {
     /// The functions at x; their coefficients are the other parameters.
     pub(super) fn functions(self, searched: &[f64], x: f64) -> Vec<f64> {
         match (self, searched) {
-            (PhysicalForm::DeadZone, &[low, high]) => vec![(x - high).max(0.0) + (x - low).min(0.0), 1.0],
+            (PhysicalForm::DeadZone, &[low, high]) => vec![dead_zone(x, low, high), 1.0],
+            (PhysicalForm::LimitedDeadZone, &[bottom, low, high, top]) => {
+                vec![dead_zone(x.max(bottom).min(top), low, high), 1.0]
+            }
             (PhysicalForm::Saturation, &[low, high]) => vec![x.max(low).min(high), 1.0],
             (PhysicalForm::Quantizer, &[step]) => vec![(x / step).round(), 1.0],
             (PhysicalForm::Friction, &[g2, g3, g5]) => {
@@ -87,6 +95,15 @@ impl PhysicalForm {
         functions.iter().zip(coefficients).map(|(f, c)| f * c).sum()
     }
 
+    /// The places of the parameters from which on the form is flat, if it is so at both ends.
+    pub(super) fn flat_beyond(self) -> Option<[usize; 2]> {
+        match self {
+            PhysicalForm::Saturation => Some([0, 1]),
+            PhysicalForm::LimitedDeadZone => Some([0, 3]),
+            _ => None,
+        }
+    }
+
     /// The starting values of the searched parameters, for increasing abscissas x.
     pub(super) fn grid(self, x: &[f64]) -> Vec<Vec<f64>> {
         let (low, high) = (x[0], x[x.len() - 1]);
@@ -97,6 +114,13 @@ impl PhysicalForm {
                 let at = |i: usize| x[(2 * i + 1) * (x.len() - 1) / 24];
                 let pairs = (0..12).flat_map(|i| (i + 1..12).map(move |j| (i, j)));
                 pairs.map(|(i, j)| vec![at(i), at(j)]).collect()
+            }
+            PhysicalForm::LimitedDeadZone => {
+                let at = |i: usize| x[(2 * i + 1) * (x.len() - 1) / 18];
+                let starts = (0..9).flat_map(|i| (i + 1..9).map(move |j| [i, j]));
+                let ends = |[_, j]: [usize; 2]| (j..9).flat_map(|k| (k + 1..9).map(move |l| [k, l]));
+                let all = starts.flat_map(|start| ends(start).map(move |end| [start[0], start[1], end[0], end[1]]));
+                all.map(|places| places.map(at).to_vec()).collect()
             }
             PhysicalForm::Quantizer => (0..600).map(|i| vec![(high - low) * 0.99_f64.powi(i)]).collect(),
             PhysicalForm::Friction => {
@@ -116,6 +140,11 @@ impl PhysicalForm {
     }
 }
 
+/// 0 between low and high, beyond them the distance to the nearer of them.
+fn dead_zone(x: f64, low: f64, high: f64) -> f64 {
+    (x - high).max(0.0) + (x - low).min(0.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -125,6 +154,7 @@ mod tests {
         for (form, count) in [
             (PhysicalForm::DeadZone, 4),
             (PhysicalForm::Saturation, 4),
+            (PhysicalForm::LimitedDeadZone, 6),
             (PhysicalForm::Quantizer, 3),
             (PhysicalForm::Friction, 7),
             (PhysicalForm::Stiffness, 5),

@@ -112,7 +112,13 @@ impl RefinedHammerstein {
     pub(super) fn identified(&self, request: &Request<'_>) -> Result<Identification> {
         self.check()?;
         let (input, output) = (request.input()?, request.output);
-        let all = Experiments::new(request.records, input, output, self.missing, self.fresh_share)?;
+        let all = Experiments::new(
+            request.records,
+            input,
+            output,
+            request.options.missing,
+            self.fresh_share,
+        )?;
         let plain = self.plain_estimate(&all, input, output)?;
         match self.refine(request, &all, &plain)? {
             Some(refined) => Ok(refined),
@@ -224,7 +230,7 @@ impl RefinedHammerstein {
         let minimum = &found.minimum;
         let blocks = CalibratedBlocks::new(found, &self.calibration)?;
         warnings.extend(blocks.warning.clone());
-        warn_of_range(&blocks.curve, &all.u[all.fitted..], &mut warnings);
+        warn_of_range(&blocks.curve, &all.u[all.fitted..], true, &mut warnings);
         let order = minimum.order.clone().unwrap_or_else(|| ChosenOrder {
             order: minimum.blocks.linear.a().len(),
             hankel_singular_values: Vec::new(),

@@ -154,17 +154,12 @@ impl ShardedHammerstein {
     /// The structure from excerpts of the record, each an experiment of its own.
     ///
     /// # Errors
-    /// Those of [`RefinedHammerstein::identify_experiments`]; [`Error::Parameter`] for a form and for missing samples; [`Error::Data`]:
+    /// Those of [`RefinedHammerstein::identify_experiments`]; [`Error::Parameter`] for a form; [`Error::Data`]:
     /// `NotRefined` where the excerpts show no such system.
     pub fn new(method: RefinedHammerstein, excerpts: &[&Record], input: &str, output: &str) -> Result<Self> {
         method.check()?;
-        for (name, asked) in [
-            ("missing samples", method.missing),
-            ("physical forms", method.form.is_some()),
-        ] {
-            if asked {
-                return Err(Error::parameter(format!("the number of {name}"), 1.0, "0 over shards"));
-            }
+        if method.form.is_some() {
+            return Err(Error::parameter("the number of physical forms", 1.0, "0 over shards"));
         }
         let all = Experiments::new(excerpts, input, output, false, method.fresh_share)?;
         let plain = method.plain_estimate(&all, input, output)?;
