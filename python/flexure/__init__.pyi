@@ -1,4 +1,4 @@
-from . import arms, axes, chains, control, flexible_arms, joints, plots, prepare, records, regression, results, streams, systems
+from . import arms, axes, chains, comparing, control, flexible_arms, joints, plots, prepare, records, regression, results, streams, systems
 from ._core import (
     DataError,
     FileError,
@@ -10,6 +10,7 @@ from ._core import (
 )
 from .arms import Arm
 from .chains import Chain
+from .comparing import ModelComparison, compare
 from .axes import identify_axes
 from .flexible_arms import FlexibleArm
 from .joints import identify_joint
@@ -55,6 +56,7 @@ __all__ = [
     "KernelRegressor",
     "Linear",
     "LinearPart",
+    "ModelComparison",
     "MultipleInputs",
     "Nonlinearity",
     "Parallel",
@@ -71,6 +73,7 @@ __all__ = [
     "Wiener",
     "WienerHammerstein",
     "__version__",
+    "compare",
     "estimator",
     "identify_axes",
     "identify_joint",

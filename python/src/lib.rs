@@ -3,6 +3,7 @@
 mod arm;
 mod arrays;
 mod chain;
+mod compare;
 mod control;
 mod errors;
 mod flexible_arm;
@@ -33,6 +34,8 @@ mod _core {
     use crate::arm::Arm;
     #[pymodule_export]
     use crate::chain::Chain;
+    #[pymodule_export]
+    use crate::compare::PyCompared;
     #[pymodule_export]
     use crate::control::{Controlled, Cusum, RecursiveFriction, RecursiveHammerstein, Scenario};
     #[pymodule_export]

@@ -30,6 +30,11 @@ impl PyModel {
         PyModel(Arc::new(file))
     }
 
+    /// What a model file has.
+    pub fn file(&self) -> &ModelFile {
+        &self.0
+    }
+
     /// Runs `work` with the columns as a record whose names are the model's.
     fn with_record<T: Send + 'static>(
         &self,
@@ -139,6 +144,7 @@ impl PyModel {
         self.with_record(py, inputs, Some(output), move |model, file, columns| {
             let judging = Judging {
                 skip,
+                missing: model.missing,
                 robust: model.robust,
                 ..Judging::default()
             };

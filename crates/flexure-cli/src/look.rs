@@ -151,7 +151,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if arguments.json {
         return print(&inspection.json(next).to_string());
     }
-    let next = next.unwrap_or_else(|| "--input A --output Y says which column you expect to follow which".to_owned());
+    let next = next.unwrap_or_else(|| inspection.remedy.to_owned());
     let last = [String::new(), format!("next: {next}")];
     print_result(&inspection.summary(), wrote(&arguments.report).chain(last))
 }

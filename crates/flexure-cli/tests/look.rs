@@ -217,7 +217,10 @@ fn missing_outputs_several_inputs_and_two_levels() {
     )
     .unwrap();
     let text = folder.done("look missing.csv");
-    assert!(next(&text).contains("--input u --output y --missing"), "{text}");
+    assert!(
+        next(&text).contains("--input u --output y --structure auto --missing"),
+        "{text}"
+    );
     assert!(text.contains("'y' misses 1 sample (0.050 %)"), "{text}");
     assert_eq!(typed(&folder, next(&text)).code, Some(0));
 
@@ -398,7 +401,7 @@ fn an_untidy_log_leads_to_a_model_by_the_commands_that_are_printed() {
     let line = next(&outcome.stdout);
     assert_eq!(
         line,
-        "flexure prepare log.csv --outliers Drehzahl --resample 0.005 -o prepared.csv"
+        "flexure prepare log.csv --outliers Drehzahl --resample 0.005 --hold Strom -o prepared.csv"
     );
     assert_eq!(typed(&folder, line).code, Some(0));
     let again = folder.done("look prepared.csv");

@@ -120,10 +120,6 @@ fn options_of_another_method_are_refused() {
             "--ignore-colour is an option of --method plain, not of --method refined; leave it out, or choose --method plain",
         ),
         (
-            "--method plain --missing",
-            "--missing is an option of --method refined, not of --method plain; leave it out, or choose --method refined",
-        ),
-        (
             "--form dead-zone --lag 0",
             "--form is an option of --method refined, --lag one of --method plain; leave one of them out",
         ),

@@ -200,7 +200,6 @@ fn options_of_hammerstein_models_are_refused() {
         "--unit static-gain",
         "--known 0=0 1=1",
         "--form friction",
-        "--missing",
         "--kernel uniform",
         "--lag 0",
     ] {
@@ -243,7 +242,7 @@ fn records_that_cannot_be_used_are_refused() {
     for structure in ["wiener-hammerstein", "hammerstein-wiener", "narx", "volterra"] {
         folder.failed(
             &format!("identify r.csv --input u --output y --structure {structure} -o new.json"),
-            "r.csv, line 13: column 'y' is NaN or missing at sample 11; remove or repair that sample, or interpolate gaps of at most N samples by flexure prepare --fill N -o FILE",
+            "r.csv, line 13: column 'y' is NaN or missing at sample 11; remove or repair that sample, or say --missing: samples without an output then do not count",
         );
     }
     folder.write("r.csv", format!("u,y\n{}", rows.replace("nan", "1.5")));

@@ -24,6 +24,7 @@ pub mod urdf;
 
 mod atomic;
 mod bag;
+mod clocks;
 mod formats;
 mod hdf5;
 mod mat;

@@ -40,9 +40,6 @@ const UNITS: [(&[&str], f64); 6] = [
 /// A column of at least this many samples that rise by 1 each counts the rows, under any name. Convention: a signal is no such ramp.
 const COUNTER: usize = 50;
 
-/// Seconds from 1970 in the years 2001 to 2099, in which a log was recorded.
-const EPOCH_SECONDS: std::ops::Range<f64> = 978_307_200.0..4_102_444_800.0;
-
 /// The column of a record's sample instants.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TimeColumn {
@@ -75,6 +72,11 @@ fn split(name: &str) -> (String, Option<f64>) {
     }
 }
 
+/// Whether a column's name ends with a unit of time.
+pub(crate) fn has_unit(name: &str) -> bool {
+    split(name).1.is_some()
+}
+
 /// Whether a column has the name of instants.
 pub(crate) fn is_time(name: &str) -> bool {
     // The name of a vector in a group of HDF5 is its path.
@@ -82,7 +84,8 @@ pub(crate) fn is_time(name: &str) -> bool {
     NAMES.contains(&split(own).0.as_str())
 }
 
-fn seconds(unit: &str) -> Option<f64> {
+/// The seconds that a unit of time lasts.
+pub(crate) fn seconds(unit: &str) -> Option<f64> {
     let unit = unit.to_lowercase();
     UNITS
         .iter()
@@ -90,32 +93,7 @@ fn seconds(unit: &str) -> Option<f64> {
         .map(|(_, seconds)| *seconds)
 }
 
-/// The unit of a clock that counts from 1970 and shows `instant`: ms, µs or ns, if the date is then a plausible one. In s it would lie
-/// thousands of years ahead.
-fn epoch_unit(instant: f64) -> Option<&'static str> {
-    ["ms", "us", "ns"].into_iter().find(|unit| {
-        let seconds = instant * seconds(unit).unwrap_or(1.0);
-        EPOCH_SECONDS.contains(&seconds)
-    })
-}
-
 impl RecordFile {
-    /// Sets the unit of columns of instants that count ms, µs or ns from 1970, if the file has no unit, and notes it.
-    pub(crate) fn with_epochs(mut self) -> Self {
-        for (i, (name, samples)) in self.record.columns().enumerate() {
-            let has_unit = self.units[i].is_some() || split(name).1.is_some();
-            let first = samples.iter().copied().find(|instant| instant.is_finite());
-            if is_time(name)
-                && !has_unit
-                && let Some(unit) = first.and_then(epoch_unit)
-            {
-                self.units[i] = Some(unit.to_owned());
-                self.notes.push(format!("column '{name}' counts the {unit} from 1970"));
-            }
-        }
-        self
-    }
-
     /// The column of sample instants: the one `given`; or one named `t`, `time`, `Time [s]`, `time_ms`, `timestamp` or similar; or one of
     /// time stamps. It is none of the columns `in_use`; `None` if there is no such column.
     ///

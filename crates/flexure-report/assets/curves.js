@@ -56,13 +56,13 @@ function curveRange(n) {
 }
 
 /** Stems over lags with the limits of a single one. */
-function plotCorrelation(id, lags, values, residuals, name) {
+function plotCorrelation(id, lags, values, [limit, level], name) {
   const host = byId(id);
   if (!host) return;
-  const limited = residuals.limit > 0;
-  const limits = limited ? noiseLimits(`${residuals.level} limits`, residuals.limit, lags.length) : { series: [], data: [], bands: [] };
+  const limited = limit > 0;
+  const limits = limited ? noiseLimits(`${level} limits`, limit, lags.length) : { series: [], data: [], bands: [] };
   const index = limits.series.length + 1;
-  const largest = Math.max(...values.map((v) => Math.abs(v ?? 0)), limited ? 1.6 * residuals.limit : 0) * 1.1 || 1;
+  const largest = Math.max(...values.map((v) => Math.abs(v ?? 0)), limited ? 1.6 * limit : 0) * 1.1 || 1;
   chart(host, {
     at: lags,
     x: { label: "lag (samples)", range: () => widened(extent(lags), 0.02), step: WHOLE_STEPS },
@@ -71,14 +71,14 @@ function plotCorrelation(id, lags, values, residuals, name) {
     data: [...limits.data, values],
     bands: limits.bands,
     below: (u) => drawLevel(u, "y", 0, "--limit"),
-    draw: (u) => drawStems(u, index, "--model", limited ? residuals.limit : Infinity),
+    draw: (u) => drawStems(u, index, "--model", limited ? limit : Infinity),
   });
 }
 
 function plotResiduals(residuals) {
   const lags = residuals.autocorrelation.map((_, lag) => lag);
-  plotCorrelation("plot-auto", lags.slice(1), residuals.autocorrelation.slice(1), residuals, "autocorrelation");
-  plotCorrelation("plot-cross", residuals.cross_lags, residuals.cross_correlation, residuals, "cross-correlation");
+  plotCorrelation("plot-auto", lags.slice(1), residuals.autocorrelation.slice(1), [residuals.limit, residuals.level], "autocorrelation");
+  plotCorrelation("plot-cross", residuals.cross_lags, residuals.cross_correlation, [residuals.cross_limit, residuals.level], "cross-correlation");
 }
 
 /** The criterion over the candidates; logarithmic where it spans more than two decades. */

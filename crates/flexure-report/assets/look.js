@@ -17,6 +17,6 @@ function plotSpectrum(spectrum, index) {
 
 startTheme();
 if (page.record) plotRecord(page.record);
-page.correlations.forEach((plot, i) => plotCorrelation(`plot-correlation-${i}`, plot.lags, plot.values, plot, "correlation"));
+page.correlations.forEach((plot, i) => plotCorrelation(`plot-correlation-${i}`, plot.lags, plot.values, [plot.limit, plot.level], "correlation"));
 page.spectra.forEach(plotSpectrum);
 finishPage();

@@ -280,8 +280,10 @@ pub struct Residuals {
     pub cross_correlation: Vec<f64>,
     /// Lags of `cross_correlation`, in samples, increasing.
     pub cross_lags: Vec<f64>,
-    /// Half width of the limits for a single lag.
+    /// Half width of the limits for a single lag of `autocorrelation`.
     pub limit: f64,
+    /// The same of `cross_correlation`.
+    pub cross_limit: f64,
     /// "99 %", the level of those limits.
     pub level: String,
     /// The tests with their verdicts.

@@ -60,6 +60,7 @@ pub(crate) struct ResidualPlot<'a> {
     cross_correlation: Vec<f64>,
     cross_lags: Vec<f64>,
     limit: f64,
+    cross_limit: f64,
     level: &'a str,
 }
 
@@ -202,6 +203,7 @@ fn residuals(r: &Residuals) -> ResidualPlot<'_> {
         cross_correlation: head(&r.cross_correlation, limits::LAGS),
         cross_lags: head(&r.cross_lags, limits::LAGS),
         limit: r.limit,
+        cross_limit: r.cross_limit,
         level: &r.level,
     }
 }

@@ -13,7 +13,7 @@
 mod arm;
 mod simulation;
 
-use crate::text::{counted, decimal, exact, list, number};
+use crate::text::{counted, decimal, exact, list, number, short};
 
 pub use arm::ArmError;
 pub use simulation::{IntegrationFailure, SimulationError, Stopped};
@@ -288,8 +288,8 @@ pub enum DataError {
     },
     /// A record is sampled too slowly for the motion in it.
     #[error(
-        "a sample time of {} s is too long: the motion still stands out at {} Hz, and what happens between the \
-         samples is lost; sample faster, or excite more slowly", decimal(*step), decimal(*band)
+        "a sample time of {} s is too long: the motion still stands out at {} Hz, and what happens between the samples is lost; sample \
+         faster, or let the torque change more slowly than from sample to sample, as those of flexure excite do", decimal(*step), short(*band)
     )]
     SampledTooSlowly {
         /// The sample time, s.

@@ -37,7 +37,8 @@ pub struct Arguments {
     /// The arm file, the chain file, or the URDF.
     #[arg(value_name = "ARM.toml|ROBOT.urdf")]
     arm: Option<PathBuf>,
-    /// A preset in place of a file: one of the arms, or of the chains free-space-arm, space-manipulator, six-joint-arm and seven-joint-arm.
+    /// A preset in place of a file: an arm, of which space-arm has white torques and motor-log is a log for `flexure joint`; or a chain,
+    /// free-space-arm, space-manipulator, six-joint-arm or seven-joint-arm.
     #[arg(long, value_name = "NAME", value_parser = arm_or_chain)]
     preset: Option<String>,
     /// Write the record here: .csv or .parquet.

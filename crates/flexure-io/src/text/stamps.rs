@@ -94,7 +94,10 @@ impl<'a> Stamps<'a> {
                 _ => found,
             };
         }
-        if !field.starts_with(|c: char| c.is_ascii_digit()) || !field[1..].contains([':', '-', 'T', ' ']) {
+        let has_points = field.matches('.').count() == 2;
+        if !field.starts_with(|c: char| c.is_ascii_digit())
+            || !(has_points || field[1..].contains([':', '-', 'T', ' ']))
+        {
             return None;
         }
         FORMATS.into_iter().chain([DURATION]).find_map(of)

@@ -72,6 +72,7 @@ pub fn full() -> Page {
             cross_correlation: cross,
             cross_lags: (-20..=40).map(f64::from).collect(),
             limit,
+            cross_limit: limit,
             level: "99 %".into(),
             tests: vec![
                 test(

@@ -1,7 +1,9 @@
 //! Whether a record is the log of a robot's joint, and the command for it.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
+use flexure::error::DataError;
 use flexure::identify::robot_joint::{Estimated, Extra};
 use flexure::look::{Look, Relation};
 use flexure::text::{exact, shown_path, with_error};
@@ -13,7 +15,7 @@ use super::suggestion::Suggestion;
 use crate::joints::{AxisLog, Log, Settings, identify};
 use crate::text::quoted;
 
-/// Up to this number of samples of all axes, the suggested identification is tried. Convention: it takes a few seconds.
+/// Of this number of samples of all axes, in the middle, the suggested identification is tried. Convention: it takes a few seconds.
 const MOST_TRIED: usize = 25_000;
 /// Standard errors by which an inertia differs from zero.
 const CLEARLY: f64 = 3.0;
@@ -29,7 +31,7 @@ struct Joint<'a> {
 
 /// What a look finds about joints.
 pub(super) enum Outcome {
-    /// `flexure joint` fits; it was tried, unless that takes too long.
+    /// `flexure joint` fits; it was tried, on a part of a long record.
     Fits(Suggestion),
     /// The record is that of a joint, but the joint cannot be identified: a sentence says why.
     Fails(String),
@@ -46,7 +48,12 @@ pub(super) fn suggestion(file: &RecordFile, request: &Request, look: &Look, samp
     };
     let uniform = look.clock.as_ref().is_none_or(|clock| clock.is_uniform);
     let axes = if is_arm(&joints) { joints.len() } else { 1 };
-    let step = sample_time.filter(|_| uniform && axes * file.record.len() <= MOST_TRIED);
+    let is_long = axes * file.record.len() > MOST_TRIED;
+    let step = sample_time.filter(|_| uniform);
+    let middle = match is_long {
+        true => (file.record.len() - MOST_TRIED / axes) / 2..(file.record.len() + MOST_TRIED / axes) / 2,
+        false => 0..file.record.len(),
+    };
     let command = |tried: &[Joint]| Command::new(file, request, look, tried, joints.len());
     let Some(step) = step else {
         let tried = if is_arm(&joints) { &joints[..] } else { &[first] };
@@ -56,20 +63,25 @@ pub(super) fn suggestion(file: &RecordFile, request: &Request, look: &Look, samp
     for tried in candidates(&joints) {
         for extra in extras(look, &tried) {
             let command = command(&tried).with(extra);
-            match trial(file, &tried, &command, step) {
+            match trial(file, &middle, &tried, &command, step) {
                 Err(why) => _ = reason.get_or_insert(why),
                 Ok(()) => {
                     let mut suggestion = command.suggestion(look, tried[0], sample_time);
                     let flexible = reason.filter(|_| first.motor.is_some());
                     suggestion
                         .notes
-                        .extend(flexible.map(|why| format!("A flexible joint was tried, too: {why}.")));
+                        .extend(flexible.map(|why| format!("A flexible joint was tried, too: {}.", why.text)));
                     return Outcome::Fits(suggestion);
                 }
             }
         }
     }
-    let why = reason.unwrap_or_default();
+    // A part may show too little of the motion.
+    if is_long && !reason.as_ref().is_some_and(|why| why.is_certain) {
+        let tried = if is_arm(&joints) { &joints[..] } else { &[first] };
+        return Outcome::Fits(command(tried).suggestion(look, tried[0], sample_time));
+    }
+    let why = reason.map(|why| why.text).unwrap_or_default();
     let torques = if is_arm(&joints) { &joints[..] } else { &[first] };
     let torques = quoted(torques.iter().map(|joint| joint.torque));
     match integration(look, &first) || first.motor.is_some() {
@@ -110,12 +122,35 @@ fn extras(look: &Look, joints: &[Joint]) -> Vec<Option<Extra>> {
     }
 }
 
-/// Whether the joints can be identified: their inertias clearly differ from zero, and the simulated motion is closer to the measured one
-/// than standstill.
-fn trial(file: &RecordFile, joints: &[Joint], command: &Command, sample_time: f64) -> Result<(), String> {
+/// Why the joints of a part of a record cannot be identified.
+struct Failure {
+    text: String,
+    /// Whether it holds for the whole record.
+    is_certain: bool,
+}
+
+impl Failure {
+    fn of(text: String) -> Failure {
+        Failure {
+            text,
+            is_certain: false,
+        }
+    }
+}
+
+/// Whether the joints can be identified from a part of a record: their inertias clearly differ from zero, and the simulated motion is closer
+/// to the measured one than standstill.
+fn trial(
+    file: &RecordFile,
+    part: &Range<usize>,
+    joints: &[Joint],
+    command: &Command,
+    sample_time: f64,
+) -> Result<(), Failure> {
     let constant = command.constant.map_or(1.0, |(_, value)| value);
-    let column =
-        |name: &str, by: f64| -> anyhow::Result<Vec<f64>> { Ok(file.finite(name)?.iter().map(|v| v * by).collect()) };
+    let column = |name: &str, by: f64| -> anyhow::Result<Vec<f64>> {
+        Ok(file.finite(name)?[part.clone()].iter().map(|v| v * by).collect())
+    };
     let axis = |joint: &Joint| {
         anyhow::Ok(AxisLog {
             torque: column(joint.torque, constant)?,
@@ -144,20 +179,31 @@ fn trial(file: &RecordFile, joints: &[Joint], command: &Command, sample_time: f6
     let (joint, motions) = identified().map_err(|error| {
         let text = error.to_string();
         let path = format!("{}: ", shown_path(&file.path));
-        text.strip_prefix(&path).unwrap_or(&text).to_owned()
+        let too_slow = matches!(error.downcast_ref(), Some(flexure_io::Error::Data { cause, .. }) if is_too_slow(cause))
+            || error.downcast_ref().is_some_and(is_too_slow);
+        Failure {
+            text: text.strip_prefix(&path).unwrap_or(&text).to_owned(),
+            is_certain: too_slow,
+        }
     })?;
     for (name, Estimated { value, standard_error }) in joint.inertias() {
         if !(value > 0.0) || standard_error.is_finite() && value < CLEARLY * standard_error {
-            return Err(format!(
-                "the {name}, {}, does not clearly differ from zero",
-                with_error(value, standard_error)
-            ));
+            let value = with_error(value, standard_error);
+            return Err(Failure::of(format!(
+                "the {name}, {value}, does not clearly differ from zero"
+            )));
         }
     }
     match motions.is_empty() || motions.iter().any(|m| !(m.fit.percent > 0.0)) {
-        true => Err("the simulated motion is nowhere near the measured one".to_owned()),
+        true => Err(Failure::of(
+            "the simulated motion is nowhere near the measured one".to_owned(),
+        )),
         false => Ok(()),
     }
+}
+
+fn is_too_slow(error: &flexure::Error) -> bool {
+    matches!(error, flexure::Error::Data(DataError::SampledTooSlowly { .. }))
 }
 
 /// The options of `flexure joint` for the columns of a joint or of an arm.

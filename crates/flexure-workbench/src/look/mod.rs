@@ -42,6 +42,8 @@ pub struct Inspection<'a> {
     pub findings: Vec<Finding>,
     /// The command to type next.
     pub suggestion: Option<Suggestion>,
+    /// What to type or to say where nothing is suggested.
+    pub remedy: &'static str,
 }
 
 impl<'a> Inspection<'a> {
@@ -63,10 +65,15 @@ impl<'a> Inspection<'a> {
         let sample_time = request.sample_time.or(measured);
         let look = look(&file.record, time, sample_time).map_err(|error| file.locate(error))?;
         let (suggestion, failure) = suggestion::suggestion(file, request, &look, sample_time);
+        let remedy = match failure {
+            Some(_) => "flexure excite ARM.toml --max-torque TAU -o torques.csv",
+            None => "--input A --output Y says which column you expect to follow which",
+        };
         let mut findings = findings::findings(file, &look, seconds, sample_time);
         findings.extend(failure);
         Ok(Inspection {
             findings,
+            remedy,
             suggestion,
             file,
             look,

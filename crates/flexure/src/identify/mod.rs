@@ -33,6 +33,7 @@ mod checks;
 mod derivative_tests;
 mod feedback;
 pub mod hammerstein;
+mod identifying;
 mod limits;
 mod missing;
 mod needless;

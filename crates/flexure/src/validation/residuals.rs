@@ -51,6 +51,8 @@ pub const LEVEL: f64 = 0.01;
 const LAGS: usize = 25;
 /// Lags of the tests against the prediction, which already contains the input's past.
 const PREDICTION_LAGS: usize = 5;
+/// Lags up to which the memory of residual and input widens the limits of their correlation in a plot. Convention.
+const MEMORY: usize = 500;
 /// The fewest samples for which the asymptotic distributions are used.
 const FEWEST: usize = 40;
 
@@ -63,6 +65,8 @@ pub struct Correlations {
     pub with_input: Vec<f64>,
     /// Half width of the interval that contains a single correlation of white signals with a probability of 99 %.
     pub limit: f64,
+    /// The same for a correlation with the input, which is wider where both are correlated in time (Bartlett 1935).
+    pub input_limit: f64,
 }
 
 /// All tests of a residual.
@@ -334,11 +338,15 @@ fn correlations(e: &[f64], u: &[f64], lags: usize) -> Correlations {
     let after = cross_covariance(u, e, lags);
     let before = cross_covariance(e, u, lags);
     let with_input = before.into_iter().skip(1).rev().chain(after).collect();
-    let quantile = normal_quantile(1.0 - LEVEL / 2.0);
+    let limit = normal_quantile(1.0 - LEVEL / 2.0) / (e.len() as f64).sqrt();
+    let [of_e, of_u] =
+        [e, u].map(|v| normalised(cross_covariance(v, v, MEMORY.min(v.len() / 4).max(lags)), variance(v)));
+    let memory: f64 = of_e.iter().zip(&of_u).skip(1).map(|(a, b)| 2.0 * a * b).sum();
     Correlations {
-        residual: normalised(cross_covariance(e, e, lags), variance(e)),
+        residual: of_e[..=lags].to_vec(),
         with_input: normalised(with_input, both),
-        limit: quantile / (e.len() as f64).sqrt(),
+        limit,
+        input_limit: limit * (1.0 + memory).max(1.0).sqrt(),
     }
 }
 

@@ -302,3 +302,30 @@ fn tests_that_share_a_level_reject_later() {
         assert!(a.limit < b.limit && a.p_value == b.p_value && (3.0 * b.level - a.level).abs() < 1e-15);
     }
 }
+
+/// One in a hundred correlations with the input lies outside its limit, also where both signals are correlated in time.
+#[test]
+fn the_limit_of_a_correlation_with_the_input_allows_for_memory() {
+    let (runs, lags) = (400, 2 * LAGS + 1);
+    for (input, error) in [(0.0, 0.0), (0.95, 0.9)] {
+        let (mut outside, mut outside_of_white) = (0, 0);
+        for seed in 0..runs {
+            let (e, u) = (coloured(2 * seed, 2000, error), coloured(2 * seed + 1, 2000, input));
+            let found = ResidualTests::new(&e, &u).unwrap().correlations;
+            let beyond = |limit: f64| found.with_input.iter().filter(|r| r.abs() > limit).count();
+            outside += beyond(found.input_limit);
+            outside_of_white += beyond(found.limit);
+        }
+        let share = |count: usize| count as f64 / (runs as usize * lags) as f64;
+        assert!(
+            (0.005..0.02).contains(&share(outside)),
+            "{input} {error}: {}",
+            share(outside)
+        );
+        assert!(
+            input == 0.0 || share(outside_of_white) > 0.2,
+            "{}",
+            share(outside_of_white)
+        );
+    }
+}

@@ -175,6 +175,7 @@ fn residuals(verdict: &flexure::identify::Verdict) -> Residuals {
         cross_lags: (0..with_input.len()).map(|i| i as f64 - middle).collect(),
         cross_correlation: with_input,
         limit: tests.map_or(0.0, |t| t.correlations.limit),
+        cross_limit: tests.map_or(0.0, |t| t.correlations.input_limit),
         level: "99 %".to_owned(),
         tests: tests
             .iter()

@@ -1,0 +1,164 @@
+//! Columns of instants whose numbers say what they count: ms from 1970, days of a spreadsheet, or seconds shared by several samples.
+
+use flexure::Record;
+use flexure::text::exact;
+
+use crate::record_file::RecordFile;
+use crate::time::{has_unit, is_time, seconds};
+
+/// Seconds from 1970 in the years 2001 to 2099, in which a log was recorded.
+const EPOCH_SECONDS: std::ops::Range<f64> = 978_307_200.0..4_102_444_800.0;
+/// Days from the end of 1899, as spreadsheets count them, in the years 2000 to 2099.
+const SPREADSHEET_DAYS: std::ops::Range<f64> = 36_526.0..73_051.0;
+/// Seconds in a day.
+const DAY: f64 = 86_400.0;
+/// The longest step of a log in days, s. Convention: a day's own steps are whole numbers.
+const LONGEST_STEP: f64 = 3600.0;
+/// The relative distance from a number of three digits up to which a step is such a number. Convention: one in a hundred other numbers is.
+const ROUND: f64 = 1e-5;
+/// The least share of samples with the instant of the sample before from which on a clock is coarse. Convention.
+const COARSE: f64 = 0.4;
+/// The fewest samples for that. Convention.
+const FEWEST: usize = 20;
+
+/// The unit of a clock that counts from 1970 and shows `instant`: ms, µs or ns, if the date is then a plausible one. In s it would lie
+/// thousands of years ahead.
+fn epoch_unit(instant: f64) -> Option<&'static str> {
+    ["ms", "us", "ns"]
+        .into_iter()
+        .find(|unit| EPOCH_SECONDS.contains(&(instant * seconds(unit).unwrap_or(1.0))))
+}
+
+/// The mean step of instants.
+fn mean_step(instants: &[f64]) -> Option<f64> {
+    let [first, .., last] = instants else { return None };
+    Some((last - first) / (instants.len() - 1) as f64)
+}
+
+/// Whether a step is a number of three digits, except for rounding.
+fn is_round(step: f64) -> bool {
+    format!("{step:.2e}")
+        .parse()
+        .is_ok_and(|round: f64| (step / round - 1.0).abs() < ROUND)
+}
+
+/// Whether instants are dates of a spreadsheet, in days: the step is round in seconds, and not in days.
+fn are_days(instants: &[f64]) -> bool {
+    let plausible = instants.first().is_some_and(|first| SPREADSHEET_DAYS.contains(first));
+    plausible
+        && mean_step(instants).is_some_and(|step| {
+            let length = step * DAY;
+            length > 0.0 && length <= LONGEST_STEP && is_round(length) && !is_round(step)
+        })
+}
+
+/// Evenly spaced instants in place of those of a clock that several samples share; `None` if the clock is another, or if evenly spaced
+/// samples would not have its instants.
+fn evenly_spread(instants: &[f64]) -> Option<Vec<f64>> {
+    let steps = || instants.windows(2).map(|w| w[1] - w[0]);
+    let tick = steps().filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
+    let same = steps().filter(|step| *step == 0.0).count() as f64;
+    let is_coarse = instants.len() >= FEWEST && tick.is_finite() && same > COARSE * instants.len() as f64;
+    if !is_coarse || steps().any(|step| !(step >= 0.0)) {
+        return None;
+    }
+    // The shortest number that the ticks cannot tell from the mean step.
+    let mean = mean_step(instants)?;
+    let uncertainty = tick / instants.len() as f64;
+    let rounded = (0..12).filter_map(|digits| format!("{mean:.digits$e}").parse::<f64>().ok());
+    let step = rounded.into_iter().find(|round| (round - mean).abs() <= uncertainty)?;
+    // The first sample lies within its tick, and so do all others, but for a step: clocks jitter.
+    let first = instants[0];
+    let offsets = instants.iter().enumerate().map(|(i, t)| t - first - step * i as f64);
+    let (latest, earliest) = offsets.fold((f64::NEG_INFINITY, f64::INFINITY), |(latest, earliest), offset| {
+        (latest.max(offset), earliest.min(offset + tick))
+    });
+    (latest <= earliest + step).then(|| (0..instants.len()).map(|i| first + step * i as f64).collect())
+}
+
+impl RecordFile {
+    /// Sets the unit of columns of instants that count ms, µs or ns from 1970, or days, if the file has no unit. Spreads samples that share an
+    /// instant evenly. Notes both.
+    pub(crate) fn with_clocks(mut self) -> Self {
+        let mut columns: Vec<(String, Vec<f64>)> = (self.record.columns())
+            .map(|(name, samples)| (name.to_owned(), samples.to_vec()))
+            .collect();
+        let mut changed = false;
+        for (i, (name, samples)) in columns.iter_mut().enumerate() {
+            let is_stamped = self.origins.iter().any(|(column, _)| column == name);
+            if !(is_time(name) || is_stamped) {
+                continue;
+            }
+            let first = samples.iter().copied().find(|instant| instant.is_finite());
+            let has_unit = is_stamped || self.units[i].is_some() || has_unit(name);
+            if let Some(unit) = first.filter(|_| !has_unit).and_then(epoch_unit) {
+                self.units[i] = Some(unit.to_owned());
+                self.notes.push(format!("column '{name}' counts the {unit} from 1970"));
+            } else if !has_unit && are_days(samples) {
+                self.units[i] = Some("s".to_owned());
+                let first = samples[0];
+                samples.iter_mut().for_each(|t| *t = (*t - first) * DAY);
+                self.notes.push(format!(
+                    "column '{name}' has dates of a spreadsheet, in days; it counts the seconds from day {first}"
+                ));
+                changed = true;
+            }
+            if let Some(spread) = evenly_spread(samples) {
+                let step = exact(spread[1] - spread[0]);
+                self.notes.push(format!(
+                    "several samples share an instant of column '{name}': they are taken as evenly spaced, every {step}"
+                ));
+                *samples = spread;
+                changed = true;
+            }
+        }
+        if changed && let Ok(record) = Record::new(columns) {
+            self.record = record;
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn clock(name: &str, instants: &[f64]) -> (RecordFile, f64) {
+        let u: Vec<f64> = instants.iter().map(|t| (7.0 * t).sin()).collect();
+        let record = Record::new([(name, instants.to_vec()), ("u", u)]).unwrap();
+        let file = RecordFile::in_memory(record, "log").with_clocks();
+        let step = file.time(None, &["u"]).unwrap().unwrap().clock.step;
+        (file, step)
+    }
+
+    #[test]
+    fn dates_of_a_spreadsheet_are_days() {
+        let days: Vec<f64> = (0..100).map(|i| 46_000.5 + f64::from(i) * 0.1 / DAY).collect();
+        let (file, step) = clock("Date", &days);
+        assert!((step - 0.1).abs() < 1e-6, "{step}");
+        assert_eq!(
+            file.notes,
+            ["column 'Date' has dates of a spreadsheet, in days; it counts the seconds from day 46000.5"]
+        );
+        // Seconds since a start eleven hours ago.
+        let seconds: Vec<f64> = (0..100).map(|i| 40_000.0 + 0.01 * f64::from(i)).collect();
+        let (file, step) = clock("time", &seconds);
+        assert!(file.notes.is_empty() && (step - 0.01).abs() < 1e-9, "{:?}", file.notes);
+    }
+
+    #[test]
+    fn samples_that_share_an_instant_are_spread() {
+        let of_rate =
+            |rate: f64, offset: f64| -> Vec<f64> { (0..600).map(|i| (offset + f64::from(i) / rate).floor()).collect() };
+        for (rate, offset) in [(10.0, 0.0), (10.0, 0.73), (4.0, 0.1), (12.5, 0.0)] {
+            let (file, step) = clock("time", &of_rate(rate, offset));
+            assert!((step * rate - 1.0).abs() < 1e-9, "{rate}: {step}");
+            assert!(file.notes[0].contains("evenly spaced"), "{:?}", file.notes);
+        }
+        // A pause of half a minute is no even spacing.
+        let mut paused = of_rate(10.0, 0.0);
+        paused[300..].iter_mut().for_each(|t| *t += 30.0);
+        assert_eq!(evenly_spread(&paused), None);
+        assert_eq!(evenly_spread(&of_rate(1.0, 0.0)), None);
+    }
+}
