@@ -7,7 +7,7 @@ use flexure::error::DataError;
 use flexure_io::{ModelFile, RecordFile, TimeColumn, read_model};
 use flexure_workbench::systems::Start;
 
-use crate::arguments;
+use crate::arguments::{self, Usage};
 use crate::columns::Connected;
 use crate::files::prepare;
 use crate::reading::{Reading, Switches};
@@ -25,8 +25,8 @@ pub struct ModelOnRecord {
     /// The measured output's column, where it is not called as the model's.
     #[arg(long, value_name = "COLUMN")]
     pub output: Option<String>,
-    /// The state in which the record begins: by default estimated from the first outputs where the record has enough of them, and where
-    /// fewer samples are skipped than the model takes to settle; otherwise the steady state that belongs to the first input.
+    /// The state in which the record begins. By default it is estimated from the first outputs if there are enough, and else is the
+    /// steady state of the first input.
     #[arg(long, value_name = "INITIAL_STATE", value_parser = arguments::named::<Start>())]
     pub initial_state: Option<Start>,
     #[command(flatten)]
@@ -71,6 +71,10 @@ impl ModelOnRecord {
     ) -> Result<Applied> {
         if let Some(input) = &self.input {
             arguments::distinct_inputs(&[input], self.output.as_deref())?;
+        }
+        let is_json = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "json");
+        if is_json(&self.record) && !is_json(&self.model) {
+            return Err(Usage("the model comes first, then the record".to_owned()).into());
         }
         prepare([&self.model, &self.record], tables, others)?;
         let model = read_model(&self.model)?;

@@ -189,6 +189,8 @@ pub struct ManualArguments {
 
 /// Prints or writes manual pages.
 pub fn manual(arguments: &ManualArguments, mut command: Command) -> Result<()> {
+    // Its pages would repeat all others.
+    command = command.disable_help_subcommand(true);
     // Gives the subcommands their full names.
     command.build();
     if let Some(folder) = &arguments.out {

@@ -22,9 +22,8 @@ const LOOKED_AT: usize = 300_000;
 
 /// Look at a record: what its columns are like, what depends on what, and which command to type next.
 ///
-/// Every column has its range, missing samples, outliers, levels, steps of rounding, standstill at an extreme and power spectrum. The time has
-/// its gaps and jitter. Every pair of columns is tested: does one follow the other, and after how many samples? A record is CSV, columns
-/// between spaces, Parquet, MAT, HDF5, or a topic of a ROS 2 bag. If a bag has several topics, the topics and joints are listed.
+/// Of every column: its range, missing samples, outliers, levels, steps of rounding, standstill at an extreme and power spectrum. Of the
+/// time: gaps and jitter. Of every pair of columns: does one follow the other, and after how many samples? A record is text in columns, Parquet, MAT, HDF5, or a topic of a ROS 2 bag. If a bag has several topics, the topics and joints are listed.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  flexure look record.csv --report look.html")]
 pub struct Arguments {

@@ -110,7 +110,8 @@ fn typed((name, value): (&String, &String)) -> [String; 2] {
 /// Options on the output that a model's record may have had, and records like it then have too.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]
 pub struct Switches {
-    /// Skip samples whose output is missing (NaN, or an empty field) instead of refusing them.
+    /// Leave samples whose output is missing (NaN, or an empty field) out of the verdict instead of refusing them. A model that was
+    /// identified with this option is judged with it.
     #[arg(long)]
     pub missing: bool,
     /// Leave outliers of the output out of the verdict: samples far from the model and from the neighbouring samples. A model that was

@@ -21,9 +21,8 @@ use crate::reading::Reading;
 /// Estimate the regression of a column on one or several others, with a confidence band.
 ///
 /// The tuning parameter is chosen from the data unless it is given. The result has the columns of x by their names, then y
-/// (the estimate), lower and upper (the band; NaN where there is none). A record is CSV with a header, whitespace-separated
-/// columns without one (named c0, c1, ...), Parquet, MAT, HDF5, or a topic of a
-/// ROS 2 bag.
+/// (the estimate), lower and upper (the band; NaN where there is none). A record is text in columns (named c0, c1, ... without a
+/// header), Parquet, MAT, HDF5, or a topic of a ROS 2 bag.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  flexure regress record.csv --x u --y y -o curve.csv --report report.html")]
 pub struct Arguments {

@@ -33,8 +33,8 @@ struct Joint<'a> {
 pub(super) enum Outcome {
     /// `flexure joint` fits; it was tried, on a part of a long record.
     Fits(Suggestion),
-    /// The record is that of a joint, but the joint cannot be identified: a sentence says why.
-    Fails(String),
+    /// The record is that of a joint, but the joint cannot be identified.
+    Fails(Failure),
     /// Nothing shows that the record is that of a joint, or saying so would not help.
     None,
 }
@@ -77,17 +77,21 @@ pub(super) fn suggestion(file: &RecordFile, request: &Request, look: &Look, samp
         }
     }
     // A part may show too little of the motion.
-    if is_long && !reason.as_ref().is_some_and(|why| why.is_certain) {
+    if is_long && !reason.as_ref().is_some_and(|why| why.is_too_fast) {
         let tried = if is_arm(&joints) { &joints[..] } else { &[first] };
         return Outcome::Fits(command(tried).suggestion(look, tried[0], sample_time));
     }
-    let why = reason.map(|why| why.text).unwrap_or_default();
+    let why = reason.unwrap_or_default();
     let torques = if is_arm(&joints) { &joints[..] } else { &[first] };
     let torques = quoted(torques.iter().map(|joint| joint.torque));
     match integration(look, &first) || first.motor.is_some() {
-        true => Outcome::Fails(format!(
-            "No joint can be identified from the motion under {torques}: {why}."
-        )),
+        true => Outcome::Fails(Failure {
+            text: format!(
+                "No joint can be identified from the motion under {torques}: {}.",
+                why.text
+            ),
+            ..why
+        }),
         false => Outcome::None,
     }
 }
@@ -123,17 +127,18 @@ fn extras(look: &Look, joints: &[Joint]) -> Vec<Option<Extra>> {
 }
 
 /// Why the joints of a part of a record cannot be identified.
-struct Failure {
-    text: String,
-    /// Whether it holds for the whole record.
-    is_certain: bool,
+#[derive(Default)]
+pub(super) struct Failure {
+    pub text: String,
+    /// Whether the torque changes too fast for the sample time. Then it does so in the whole record.
+    pub is_too_fast: bool,
 }
 
 impl Failure {
     fn of(text: String) -> Failure {
         Failure {
             text,
-            is_certain: false,
+            is_too_fast: false,
         }
     }
 }
@@ -183,7 +188,7 @@ fn trial(
             || error.downcast_ref().is_some_and(is_too_slow);
         Failure {
             text: text.strip_prefix(&path).unwrap_or(&text).to_owned(),
-            is_certain: too_slow,
+            is_too_fast: too_slow,
         }
     })?;
     for (name, Estimated { value, standard_error }) in joint.inertias() {

@@ -65,12 +65,15 @@ impl<'a> Inspection<'a> {
         let sample_time = request.sample_time.or(measured);
         let look = look(&file.record, time, sample_time).map_err(|error| file.locate(error))?;
         let (suggestion, failure) = suggestion::suggestion(file, request, &look, sample_time);
-        let remedy = match failure {
-            Some(_) => "flexure excite ARM.toml --max-torque TAU -o torques.csv",
-            None => "--input A --output Y says which column you expect to follow which",
+        let remedy = match &failure {
+            Some(failure) if failure.is_too_fast => "flexure excite ARM.toml --max-torque TAU -o torques.csv",
+            _ => "--input A --output Y says which column you expect to follow which",
         };
         let mut findings = findings::findings(file, &look, seconds, sample_time);
-        findings.extend(failure);
+        findings.extend(failure.map(|failure| Finding {
+            text: failure.text,
+            warning: true,
+        }));
         Ok(Inspection {
             findings,
             remedy,

@@ -5,8 +5,7 @@ use flexure::text::exact;
 use flexure_io::RecordFile;
 
 use super::Request;
-use super::findings::Finding;
-use super::joint;
+use super::joint::{self, Failure};
 use super::preparations::{are_wild, even_spacing, repair, with_outliers, without_outliers};
 use super::roles::{Role, role};
 use crate::text::quoted;
@@ -90,17 +89,17 @@ pub(super) struct Signals {
 }
 
 /// The command that fits a record, or why there is none; `None` if there is nothing to identify.
-pub fn suggestion(
+pub(super) fn suggestion(
     file: &RecordFile,
     request: &Request,
     look: &Look,
     sample_time: Option<f64>,
-) -> (Option<Suggestion>, Option<Finding>) {
+) -> (Option<Suggestion>, Option<Failure>) {
     let signals = signals(request, look);
     let held = signals.as_ref().map(|s| s.inputs.clone()).unwrap_or_default();
     let suggestion = match joint::suggestion(file, request, look, sample_time) {
         joint::Outcome::Fits(joint) => Some(joint),
-        joint::Outcome::Fails(text) => return (None, Some(Finding { text, warning: true })),
+        joint::Outcome::Fails(failure) => return (None, Some(failure)),
         joint::Outcome::None => match signals {
             Some(signals) => identification(look, request, &signals, file),
             None => without_outliers(&with_outliers(look)),

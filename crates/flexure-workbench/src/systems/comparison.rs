@@ -22,7 +22,7 @@ fn answer(comparison: &StructureComparison) -> &'static str {
 fn reservation(comparison: &StructureComparison) -> Option<String> {
     comparison.supported.is_none().then(|| {
         format!(
-            "The model is the best of these structures, {}: an approximation under inputs like this one, not the system.",
+            "The {} model is an approximation under inputs like this one, not the system.",
             comparison.chosen
         )
     })

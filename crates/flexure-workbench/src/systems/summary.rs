@@ -60,17 +60,26 @@ impl Identified {
         }
         for shown in result.details.iter().filter_map(|d| d.shown.as_ref()) {
             let title = uncapitalised(&shown.title);
-            match shown.place {
-                Place::Choice | Place::PageFact => {}
-                Place::Fact => lines.item(&title, &*shown.text),
-                Place::ChoiceAndText => lines.item(&title, format!("{}; {}", shown.text, shown.note)),
-            }
+            let text = match shown.place {
+                Place::Choice | Place::PageFact => continue,
+                Place::Fact => shown.text.clone(),
+                Place::ChoiceAndText => format!("{}; {}", shown.text, shown.note),
+            };
+            lines.item(&title, self.in_unit(text));
         }
         if let Some(periodic) = &self.periodic {
             periodic.write(&mut lines);
         }
         below.into_iter().for_each(|warning| lines.warning(warning));
         lines
+    }
+
+    /// A text with the output's unit, if that is known, in place of the words for it.
+    fn in_unit(&self, text: String) -> String {
+        match self.labels.unit(&self.result.output) {
+            "" => text,
+            unit => text.replace("in the output's unit", unit),
+        }
     }
 
     fn write_linear(&self, title: &str, own: &LinearBlock, lines: &mut Lines) {

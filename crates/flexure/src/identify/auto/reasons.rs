@@ -21,17 +21,18 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement<'
             percent(verdict.misfit())
         ),
         (false, _) if verdict.measures.fit_percent <= 0.0 => {
-            format!("The data support none of these structures: the best, {name}, explains nothing.")
+            format!("The data support none of these structures: even {name} explains nothing.")
         }
         (false, _) if verdict.residuals.is_none() => {
-            format!("The data support none of these structures: too few of them are fresh to test the best, {name}.")
+            format!("The data support none of these structures: too few of them are fresh to test {name}.")
         }
         (false, None) => format!(
-            "The data support none of these structures: the error of the best, {name}, is large and not white, which is noise or something \
-             that all of them miss."
+            "The data support none of these structures: the error of {name}, the simplest of those that predict best, is large and not white, \
+             which is noise or something that all of them miss."
         ),
         (false, Some(_)) => format!(
-            "The data support none of these structures: the best, {name}, is refuted, and at least {} of its squared error is not noise.",
+            "The data support none of these structures: {name}, the simplest of those that predict best, is refuted, and at least {} of its \
+             squared error is not noise.",
             percent(judgement.not_noise)
         ),
     }];

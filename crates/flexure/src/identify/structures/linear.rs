@@ -182,7 +182,7 @@ fn details(found: &Search, levels: Option<Vec<f64>>) -> Vec<Detail> {
         .collect();
     let score = Score {
         x_label: "poles".to_owned(),
-        y_label: "error on samples held back, relative".to_owned(),
+        y_label: "relative error, held back".to_owned(),
         logarithmic: false,
         x: tried.iter().map(|poles| *poles as f64).collect(),
         y: tried.iter().map(|poles| best(*poles)).collect(),
