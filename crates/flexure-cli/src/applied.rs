@@ -7,7 +7,7 @@ use flexure::error::DataError;
 use flexure_io::{ModelFile, RecordFile, TimeColumn, read_model};
 use flexure_workbench::systems::Start;
 
-use crate::arguments::{self, Usage};
+use crate::arguments;
 use crate::columns::Connected;
 use crate::files::prepare;
 use crate::reading::{Reading, Switches};
@@ -71,10 +71,6 @@ impl ModelOnRecord {
     ) -> Result<Applied> {
         if let Some(input) = &self.input {
             arguments::distinct_inputs(&[input], self.output.as_deref())?;
-        }
-        let is_json = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "json");
-        if is_json(&self.record) && !is_json(&self.model) {
-            return Err(Usage("the model comes first, then the record".to_owned()).into());
         }
         prepare([&self.model, &self.record], tables, others)?;
         let model = read_model(&self.model)?;

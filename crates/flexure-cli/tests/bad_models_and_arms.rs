@@ -69,7 +69,7 @@ fn models_that_cannot_be_used() {
         ),
         (
             "good.csv",
-            "good.csv, line 1, column 1: the text is not JSON (expected value); models are written by `flexure identify -o`",
+            "good.csv: not a model file; a command takes the model first, then the record",
         ),
         (
             "absent.json",

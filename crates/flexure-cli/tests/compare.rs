@@ -129,12 +129,12 @@ fn what_cannot_be_compared_is_said() {
     );
     folder.failed(
         "compare good.json fresh.csv fresh.csv",
-        "fresh.csv, line 1, column 1: the text is not JSON (expected value); models are written by `flexure identify -o`",
+        "fresh.csv: not a model file; a command takes the model first, then the record",
     );
     // The other way round.
     folder.failed(
         "validate fresh.csv good.json",
-        "fresh.csv, line 1, column 1: the text is not JSON (expected value); models are written by `flexure identify -o`",
+        "fresh.csv: not a model file; a command takes the model first, then the record",
     );
     folder.write("quoted.csv", "\"u\",\"y\"\n1,2\n");
     folder.failed(

@@ -97,11 +97,11 @@ fn values_out_of_range() {
         ),
         (
             "--form line",
-            "'line' for '--form <FORM>': expected dead-zone, saturation, quantizer, polynomial:N with N from 1 to 15, friction or stiffness",
+            "'line' for '--form <FORM>': expected dead-zone, saturation, limited-dead-zone, quantizer, polynomial:N with N from 1 to 15, friction or stiffness",
         ),
         (
             "--form polynomial:16",
-            "'polynomial:16' for '--form <FORM>': expected dead-zone, saturation, quantizer, polynomial:N with N from 1 to 15, friction or stiffness",
+            "'polynomial:16' for '--form <FORM>': expected dead-zone, saturation, limited-dead-zone, quantizer, polynomial:N with N from 1 to 15, friction or stiffness",
         ),
         (
             "--fresh 1",

@@ -213,8 +213,8 @@ pub fn parse_model(bytes: &[u8], path: &Path) -> Result<ModelFile> {
         path: path.to_owned(),
         problem,
     };
-    // A quotation mark begins the header of a table.
-    if bytes.first() == Some(&b'"') {
+    let content = bytes.trim_ascii_start();
+    if !content.is_empty() && !content.starts_with(b"{") {
         return Err(wrong(
             "not a model file; a command takes the model first, then the record".to_owned(),
         ));

@@ -194,7 +194,7 @@ fn bad_models_are_refused_with_the_place() {
     );
     assert_eq!(
         text("u,y\n".to_owned()),
-        "m.json, line 1, column 1: the text is not JSON (expected value); models are written by `flexure identify -o`"
+        "m.json: not a model file; a command takes the model first, then the record"
     );
     assert!(text(good.replace("\"delay\": 1,", "")).contains("missing field `delay`; models"));
     assert_eq!(

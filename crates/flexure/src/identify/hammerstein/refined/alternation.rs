@@ -264,6 +264,25 @@ impl<'a> Alternation<'a> {
         Some(descended)
     }
 
+    /// The minimum with the memory-removed output of its own blocks, which were changed after the alternation.
+    pub fn renewed(self, minimum: Minimum, observed: &Observed) -> Minimum {
+        let of_minimum = Alternation {
+            w: minimum.blocks.signal(observed.u),
+            linear: minimum.blocks.linear.clone(),
+            ..self
+        };
+        let errors = minimum.blocks.errors(observed);
+        match of_minimum.memory_removed(observed, &minimum.whitening, &errors) {
+            None => minimum,
+            Some(noisy) => Minimum {
+                values: of_minimum.cells.means(&noisy.values),
+                variance: noisy.variance,
+                dependence: noisy.dependence,
+                ..minimum
+            },
+        }
+    }
+
     /// The polynomial that whitens the errors; 1 if they are not to be whitened. The error of a missing sample counts as zero.
     fn whitening(&self, errors: &[f64]) -> Vec<f64> {
         match self.method.noise_model {

@@ -89,7 +89,8 @@ impl CalibratedBlocks {
                 value: minimum.values.iter().map(|z| gain * z + mean).collect(),
                 samples: cells.count.clone(),
                 deviation: gain.abs() * minimum.variance.sqrt(),
-            },
+            }
+            .allowing_for(minimum.dependence, |x| gain * phi.value(x) + mean, minimum.terms.len()),
             linear: delayed(linear.b(), linear.transfer.a(), gain, linear.delay)?,
             curve: Curve::new(at, ordinates, outside(&minimum.terms, cells))?,
             offset: output_offset,

@@ -9,8 +9,8 @@
 
 use super::forms::PhysicalForm;
 use super::limits::{
-    DIFFERENCE_STEP, FINER_STEP, FINER_STEPS, FORM_GROUPS, FORM_LEVEL, FORM_RIDGE, FORM_STARTS, FORM_STEPS,
-    MOST_DEGREE, SMALLEST_PARAMETER,
+    DEPENDENT_NOISE, DIFFERENCE_STEP, FINER_STEP, FINER_STEPS, FORM_GROUPS, FORM_LEVEL, FORM_RIDGE, FORM_STARTS,
+    FORM_STEPS, MOST_DEGREE, SMALLEST_PARAMETER,
 };
 use crate::distributions::{chi_squared_above, chi_squared_quantile};
 use crate::error::{Error, Result};
@@ -225,6 +225,20 @@ impl Problem<'_> {
 }
 
 impl MemoryRemoved {
+    /// Under a coloured or held input, the values' noise hangs together over neighbouring inputs, and the sums of a test are larger than those
+    /// of independent noise. The values' distances from the estimated curve, which has this many parameters, show by how much.
+    pub fn allowing_for(mut self, dependence: f64, curve: impl Fn(f64) -> f64, parameters: usize) -> Self {
+        if dependence > DEPENDENT_NOISE && self.deviation > 0.0 {
+            let weights: Vec<f64> = self.samples.iter().map(|n| n.sqrt() / self.deviation).collect();
+            let points = self.x.iter().zip(&self.value).zip(&weights);
+            let weighted: Vec<f64> = points.map(|((x, z), w)| w * (curve(*x) - z)).collect();
+            let GroupedSquares { statistic, groups } = GroupedSquares::new(&weighted, &weights);
+            let free = groups.saturating_sub(parameters).max(1) as f64;
+            self.deviation *= (statistic / free).max(1.0).sqrt();
+        }
+        self
+    }
+
     /// Fits a physical form and tests it.
     ///
     /// # Errors

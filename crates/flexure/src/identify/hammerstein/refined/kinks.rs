@@ -6,9 +6,9 @@
 //! error is that of the place times |k|. The covariance of all parameters then allows for the places, and so do the band and the standard
 //! errors.
 //!
-//! A kink at a wrong place needs a jump or another kink beside it. So each jump next to a kink is removed on trial, and so is each kink whose place is
-//! not determined. The kinks are moved. The term stays removed if the squared error rises by less than the cost of a searched function
-//! ([`SEARCHED_COST`]).
+//! A kink at a wrong place needs a jump or another kink beside it. So kinks and jumps near each other are replaced on trial by one kink, and each
+//! jump next to a kink, or kink whose place is not determined, is removed on trial. The kinks are moved. The terms stay away if the squared error
+//! rises by less than the cost of as many searched functions ([`SEARCHED_COST`]).
 
 use super::alternation::Minimum;
 use super::basis::selection;
@@ -16,7 +16,7 @@ use super::blocks::{Blocks, Observed};
 use super::calibrated::Covariance;
 use super::cells::Cells;
 use super::descent::{admissible, descend, step};
-use super::limits::{FIRST_DAMPING, KINK_MOVES, LEAST_FALL, SEARCHED_COST, SHARES_OF_STEP, STEPS};
+use super::limits::{CROWDED, FIRST_DAMPING, KINK_MOVES, LEAST_FALL, SEARCHED_COST, SHARES_OF_STEP, STEPS};
 use super::loss::Equations;
 use super::piecewise::Term;
 use crate::interrupt;
@@ -55,6 +55,15 @@ pub(super) fn breaks(terms: &[Term]) -> impl Iterator<Item = Break> {
         Term::TruncatedPower { at, degree } => Some(Break { term, at, degree }),
         _ => None,
     })
+}
+
+/// Kinks and jumps, at least one of them a kink, each of which is near the next.
+fn crowds(terms: &[Term]) -> Vec<Vec<Break>> {
+    let mut places: Vec<Break> = breaks(terms).filter(|place| place.degree < 2).collect();
+    sort::by_key(&mut places, |place| place.at);
+    let crowds = places.chunk_by(|a, b| b.at - a.at < CROWDED);
+    let are_several = |crowd: &&[Break]| crowd.len() > 1 && crowd.iter().any(|place| place.degree == 1);
+    crowds.filter(are_several).map(<[Break]>::to_vec).collect()
 }
 
 /// A kink whose place is a parameter.
@@ -182,12 +191,22 @@ impl Minimum {
         let mut best = self.with_kinks_settled(cells, observed);
         'fewer: while !interrupt::requested() {
             let PlacedKinks { minimum, extended } = &best;
-            for term in extended.doubtful(&minimum.terms) {
-                let Some(other) = minimum.without(term, cells, observed) else {
+            let merged = crowds(&minimum.terms).into_iter().map(|crowd| {
+                let kink = Term::TruncatedPower {
+                    at: crowd.iter().map(|place| place.at).sum::<f64>() / crowd.len() as f64,
+                    degree: 1,
+                };
+                (crowd.iter().map(|place| place.term).collect(), vec![kink])
+            });
+            let removed = extended.doubtful(&minimum.terms).into_iter();
+            let removed = removed.map(|term| (vec![term], Vec::new()));
+            for (terms, instead) in merged.chain(removed) {
+                let fewer = (terms.len() - instead.len()) as f64;
+                let Some(other) = minimum.replaced(&terms, &instead, cells, observed) else {
                     continue;
                 };
                 let risen = other.minimum.equations.normal.cost - minimum.equations.normal.cost;
-                if risen < SEARCHED_COST * minimum.noise().powi(2) {
+                if risen < SEARCHED_COST * fewer * minimum.noise().powi(2) {
                     best = other;
                     continue 'fewer;
                 }
@@ -228,10 +247,10 @@ impl Minimum {
         }
     }
 
-    /// The minimum without one of the terms; `None` where no nonlinearity is left.
-    fn without(&self, term: usize, cells: &Cells, observed: &Observed) -> Option<PlacedKinks> {
-        let mut terms = self.terms.clone();
-        terms.remove(term);
+    /// The minimum with other terms instead of some; `None` where no nonlinearity is left.
+    fn replaced(&self, gone: &[usize], instead: &[Term], cells: &Cells, observed: &Observed) -> Option<PlacedKinks> {
+        let kept = self.terms.iter().enumerate().filter(|(i, _)| !gone.contains(i));
+        let terms: Vec<Term> = kept.map(|(_, term)| *term).chain(instead.iter().copied()).collect();
         let phi = self.blocks.nonlinearity();
         let curve: Vec<f64> = cells.s.iter().map(|s| phi.value(cells.unit.back(*s))).collect();
         let selection = selection(cells, &curve, &terms);

@@ -124,6 +124,8 @@ pub(super) const LEAST_STEP: f64 = 1e-4;
 /// Shards: the most sums over all of them. Convention: the start is near, and each sum reads the record once.
 pub(super) const MOST_SUMS: usize = 20;
 
+/// Kinks: one nearer than this to another breakpoint, in the unit coordinate, may be superfluous. Convention: a tenth of the input's range.
+pub(super) const CROWDED: f64 = 0.2;
 /// Kinks: moves of all kinks at once. Convention; each is a Gauss-Newton step, and the start is near.
 pub(super) const KINK_MOVES: usize = 3;
 /// Kinks: the shares of a step that are tried until the error falls. Convention.

@@ -209,6 +209,8 @@ impl RefinedHammerstein {
         let observed = &mut Observed::new(all, minimum.memory);
         observed.complete(&minimum.blocks.simulated(observed), minimum.blocks.offset);
         let PlacedKinks { minimum, extended } = minimum.with_kinks_placed(&cells, observed);
+        let start = minimum.blocks.linear.clone();
+        let minimum = Alternation::new(&cells, self, &input, Vec::new(), start).renewed(minimum, observed);
         let output_mean = observed.output_mean;
         Ok(Some(RefinedMinimum {
             minimum,

@@ -4,7 +4,7 @@
 //! hardly anything is left for the linear part. This cannot happen with the output error. Its branch, with its order and delay, goes
 //! through the same steps as the plain start, without a noise model.
 
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 
 use super::super::super::block::{Monitor, Prepared, hammerstein_branches};
 use super::super::options::RefinedHammerstein;
@@ -18,7 +18,7 @@ use crate::linear::correlation::mean;
 
 impl RefinedHammerstein {
     /// The minimum from the branch of least output error, if `first` leaves much of the output unexplained and the other leaves less;
-    /// otherwise `first`. There is no search if the user has chosen order or delay, or if samples are missing.
+    /// otherwise `first`. There is no search if the user has chosen order or delay.
     pub(super) fn or_by_output_error(
         &self,
         first: Option<Minimum>,
@@ -28,9 +28,8 @@ impl RefinedHammerstein {
         let longest = first.as_ref().map_or(0, |m| memory(&m.blocks.linear.transfer));
         let observed = Observed::new(all, longest);
         let chosen = self.order.is_some() || self.delay.is_some();
-        let alone = observed.experiments.len() == 1 && observed.missing.is_empty();
         let poor = |m: &Minimum| m.blocks.unexplained(&observed) > POOR;
-        if chosen || !alone || !first.as_ref().is_none_or(poor) {
+        if chosen || !first.as_ref().is_none_or(poor) {
             return first;
         }
         let Some(other) = self.by_output_error(all, cells) else {
@@ -45,9 +44,11 @@ impl RefinedHammerstein {
         }
     }
 
+    /// The minimum from the branch of the longest experiment, interpolated where samples are missing.
     fn by_output_error(&self, all: &Experiments, cells: &Cells) -> Option<Minimum> {
-        let (u, y) = (&all.u[..all.fitted], &all.y[..all.fitted]);
-        let prepared = Prepared::new(&[u], y);
+        let u = &all.u[..all.fitted];
+        let longest = all.fitted_parts().into_iter().max_by_key(Range::len)?;
+        let prepared = Prepared::new(&[&u[longest.clone()]], &all.y[longest]);
         let mut go_on = |_: &str| ControlFlow::Continue(());
         let found = hammerstein_branches::find(&prepared.data, false, &mut Monitor::new(&mut go_on))?;
         let branch = found.system.branches.first()?;
@@ -75,7 +76,9 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_distr::{Distribution, StandardNormal};
 
-    use crate::identify::HAMMERSTEIN;
+    use std::ops::ControlFlow;
+
+    use crate::identify::{HAMMERSTEIN, Options, Request};
     use crate::record::Record;
 
     /// The level of the second of two tanks, every 4 s, under a slow multisine of the pump's voltage.
@@ -121,6 +124,35 @@ mod tests {
             );
             let explained = found.verdict.measures.r_squared;
             assert!(explained > 0.85, "{seed}: {explained}");
+        }
+    }
+
+    /// The same where a few outputs are missing, and from two experiments.
+    #[test]
+    fn slow_dynamics_are_found_among_missing_outputs_and_in_experiments() {
+        for seed in 1..4 {
+            let whole = tanks(seed);
+            let mut y = whole.column("y").unwrap().to_vec();
+            y[300..303].fill(f64::NAN);
+            let gap = Record::new([("u", whole.column("u").unwrap().to_vec()), ("y", y)]).unwrap();
+            let (first, second) = (tanks(seed + 10), whole);
+            for records in [vec![&gap], vec![&first, &second]] {
+                let options = Options {
+                    missing: true,
+                    ..Options::default()
+                };
+                let request = Request::new(&records, &["u"], "y", options);
+                let found = HAMMERSTEIN
+                    .identify_with(&request, &mut |_| ControlFlow::Continue(()))
+                    .unwrap();
+                let explained = found.verdict.measures.r_squared;
+                assert!(
+                    found.order >= 2 && explained > 0.85,
+                    "{seed}, {}: {} {explained}",
+                    records.len(),
+                    found.order
+                );
+            }
         }
     }
 }
