@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, final
+from typing import Any, Self, final
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +14,7 @@ __all__ = [
     "Arm",
     "Chain",
     "FlexibleArm",
+    "Compared",
     "Controlled",
     "Cusum",
     "DataError",

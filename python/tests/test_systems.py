@@ -360,7 +360,6 @@ def test_wrong_records_are_said(record, fitted):
         ({"parameter": 0.3}, "parameter is for method='plain', but the method is 'refined'"),
         ({"kernel": "box"}, "kernel is for method='plain'"),
         ({"method": "plain", "form": "dead-zone"}, "form is for method='refined', but the method is 'plain'"),
-        ({"method": "plain", "missing": True}, "missing is for method='refined'"),
         ({"known": (("a", 0), (1, 1))}, "must be two points"),
         ({"known": [[0, 0], [1]]}, "must be two points"),
     ],

@@ -11,12 +11,18 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement<'
     let chosen = &candidates[judgement.chosen];
     let name = chosen.structure;
     let verdict = judgement.verdict;
+    let equal = judgement.ties.iter().map(|i| candidates[*i].structure.title);
+    let equal: Vec<&str> = std::iter::once(name.title).chain(equal).collect();
+    let supported = match equal.len() {
+        1 => name.title.to_owned(),
+        _ => format!("{} equally", listed(&equal)),
+    };
     let mut all = vec![match (judgement.supported, verdict.refutation()) {
         (true, None) => {
-            format!("The data support {name}: simpler structures predict worse, and no residual test refutes it.")
+            format!("The data support {supported}: simpler structures predict worse, and no residual test refutes {name}.")
         }
         (true, Some(_)) => format!(
-            "The data support {name}: simpler structures predict worse, and the misfit that a test sees is negligible, {} of the output's \
+            "The data support {supported}: simpler structures predict worse, and the misfit that a test sees is negligible, {} of the output's \
              standard deviation.",
             percent(verdict.misfit())
         ),
