@@ -19,7 +19,9 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement<'
     };
     let mut all = vec![match (judgement.supported, verdict.refutation()) {
         (true, None) => {
-            format!("The data support {supported}: simpler structures predict worse, and no residual test refutes {name}.")
+            format!(
+                "The data support {supported}: simpler structures predict worse, and no residual test refutes {name}."
+            )
         }
         (true, Some(_)) => format!(
             "The data support {supported}: simpler structures predict worse, and the misfit that a test sees is negligible, {} of the output's \
