@@ -58,5 +58,5 @@ def test_missing_outputs_and_wrong_use(signals):
     assert abs(fits[0] - fits[1]) < 1
     with pytest.raises(flexure.ParameterError, match="no model"):
         flexure.compare([], u, y)
-    with pytest.raises(flexure.DataError, match="NaN or missing"):
+    with pytest.raises(flexure.DataError, match="is NaN"):
         flexure.Linear().fit(u, gaps)
