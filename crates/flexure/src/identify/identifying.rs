@@ -12,8 +12,8 @@ impl Structure {
     /// Identifies a system of this structure from `inputs` to `output`, with the default choices.
     ///
     /// # Errors
-    /// [`Error::Data`]: `MissingColumn`, `NonFinite`, `Constant`, `ConstantPart`, `DuplicateColumn` for an input that is given
-    /// twice, `TooShort` (100 samples for a Hammerstein fit, 50 and 10 an input for a linear one, 200 an input for others), `Unit`; [`Error::Parameter`] for a parameter
+    /// [`Error::Data`](crate::Error::Data): `MissingColumn`, `NonFinite`, `Constant`, `ConstantPart`, `DuplicateColumn` for an input that is given
+    /// twice, `TooShort` (100 samples for a Hammerstein fit, 50 and 10 an input for a linear one, 200 an input for others), `Unit`; [`Error::Parameter`](crate::Error::Parameter) for a parameter
     /// outside its range and for a number of inputs that the structure does not take.
     pub fn identify(&self, record: &Record, inputs: &[&str], output: &str) -> Result<Identification> {
         let records = [record];
@@ -27,8 +27,8 @@ impl Structure {
     /// The result depends neither on `progress` nor on the number of threads.
     ///
     /// # Errors
-    /// Those of [`identify`](Self::identify); [`Error::Parameter`] for several experiments if the method takes one;
-    /// [`Error::Stopped`] if `progress` stopped it.
+    /// Those of [`identify`](Self::identify); [`Error::Parameter`](crate::Error::Parameter) for several experiments if the method takes one;
+    /// [`Error::Stopped`](crate::Error::Stopped) if `progress` stopped it.
     pub fn identify_with(&self, request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
         let result = match request.options.robust {
             true => robust::identify(self, request, progress)?,
