@@ -25,8 +25,8 @@ pub struct ModelOnRecord {
     /// The measured output's column, where it is not called as the model's.
     #[arg(long, value_name = "COLUMN")]
     pub output: Option<String>,
-    /// The state in which the record begins. By default it is estimated from the first outputs if there are enough, and else is the
-    /// steady state of the first input.
+    /// The state in which the record begins. By default it is estimated from the first outputs if there are enough of them;
+    /// otherwise it is the steady state for the first input.
     #[arg(long, value_name = "INITIAL_STATE", value_parser = arguments::named::<Start>())]
     pub initial_state: Option<Start>,
     #[command(flatten)]

@@ -1,8 +1,11 @@
 //! Columns of instants whose numbers say what they count: ms from 1970, days of a spreadsheet, or seconds shared by several samples.
 
+use std::borrow::Cow;
+
 use flexure::Record;
 use flexure::text::exact;
 
+use crate::error::{Error, Result};
 use crate::record_file::RecordFile;
 use crate::time::{has_unit, is_time, seconds};
 
@@ -79,16 +82,18 @@ fn evenly_spread(instants: &[f64]) -> Option<Vec<f64>> {
 impl RecordFile {
     /// Sets the unit of columns of instants that count ms, µs or ns from 1970, or days, if the file has no unit. Spreads samples that share an
     /// instant evenly. Notes both.
-    pub(crate) fn with_clocks(mut self) -> Self {
-        let mut columns: Vec<(String, Vec<f64>)> = (self.record.columns())
-            .map(|(name, samples)| (name.to_owned(), samples.to_vec()))
-            .collect();
-        let mut changed = false;
-        for (i, (name, samples)) in columns.iter_mut().enumerate() {
+    ///
+    /// # Errors
+    /// [`Error::Data`] for instants that are too large for seconds.
+    pub(crate) fn with_clocks(mut self) -> Result<Self> {
+        // Only columns of instants are copied.
+        let mut changed: Vec<(String, Vec<f64>)> = Vec::new();
+        for (i, (name, samples)) in self.record.columns().enumerate() {
             let is_stamped = self.origins.iter().any(|(column, _)| column == name);
             if !(is_time(name) || is_stamped) {
                 continue;
             }
+            let mut instants = Cow::Borrowed(samples);
             let first = samples.iter().copied().find(|instant| instant.is_finite());
             let has_unit = is_stamped || self.units[i].is_some() || has_unit(name);
             if let Some(unit) = first.filter(|_| !has_unit).and_then(epoch_unit) {
@@ -97,25 +102,31 @@ impl RecordFile {
             } else if !has_unit && are_days(samples) {
                 self.units[i] = Some("s".to_owned());
                 let first = samples[0];
-                samples.iter_mut().for_each(|t| *t = (*t - first) * DAY);
+                instants = samples.iter().map(|t| (t - first) * DAY).collect();
                 self.notes.push(format!(
                     "column '{name}' has dates of a spreadsheet, in days; it counts the seconds from day {first}"
                 ));
-                changed = true;
             }
-            if let Some(spread) = evenly_spread(samples) {
-                let step = exact(spread[1] - spread[0]);
+            if let Some(spread) = evenly_spread(&instants) {
+                let unit = self.units[i].as_ref().map_or(String::new(), |unit| format!(" {unit}"));
                 self.notes.push(format!(
-                    "several samples share an instant of column '{name}': they are taken as evenly spaced, every {step}"
+                    "several samples share an instant of column '{name}': they are taken as evenly spaced, every {}{unit}",
+                    exact(spread[1] - spread[0])
                 ));
-                *samples = spread;
-                changed = true;
+                instants = Cow::Owned(spread);
+            }
+            if let Cow::Owned(instants) = instants {
+                changed.push((name.to_owned(), instants));
             }
         }
-        if changed && let Ok(record) = Record::new(columns) {
-            self.record = record;
+        if !changed.is_empty() {
+            let columns = self.record.columns().map(|(name, samples)| {
+                let new = changed.iter().find(|(column, _)| column == name);
+                (name, new.map_or(samples, |(_, instants)| instants).to_vec())
+            });
+            self.record = Record::new(columns).map_err(|error| Error::data(&self.path, error))?;
         }
-        self
+        Ok(self)
     }
 }
 
@@ -126,7 +137,7 @@ mod tests {
     fn clock(name: &str, instants: &[f64]) -> (RecordFile, f64) {
         let u: Vec<f64> = instants.iter().map(|t| (7.0 * t).sin()).collect();
         let record = Record::new([(name, instants.to_vec()), ("u", u)]).unwrap();
-        let file = RecordFile::in_memory(record, "log").with_clocks();
+        let file = RecordFile::in_memory(record, "log").with_clocks().unwrap();
         let step = file.time(None, &["u"]).unwrap().unwrap().clock.step;
         (file, step)
     }

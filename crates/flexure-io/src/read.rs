@@ -58,7 +58,7 @@ impl ReadOptions {
             time_format: self.time_format.as_deref().map(text::with_fraction),
             ..self.clone()
         };
-        options.read_as_written(path.as_ref()).map(RecordFile::with_clocks)
+        options.read_as_written(path.as_ref())?.with_clocks()
     }
 
     fn read_as_written(&self, path: &Path) -> Result<RecordFile> {

@@ -1,8 +1,8 @@
 //! Numbers and parameters of estimators as text.
 
 use flexure::nonlinearity::{EstimatorName, Kernel};
-use flexure::text::short;
 pub use flexure::text::{capitalised, decimal, number};
+use flexure::text::{joined, short};
 
 /// The kernel for reading, between `before` and `after`; empty if the estimator has none.
 pub fn kernel_text(name: EstimatorName, kernel: Kernel, before: &str, after: &str) -> String {
@@ -20,12 +20,8 @@ pub fn percent(level: f64) -> String {
 
 /// Names for reading: "'u', 'v' and 'w'".
 pub fn quoted<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
-    let mut names: Vec<String> = names.into_iter().map(|name| format!("'{name}'")).collect();
-    let last = names.pop().unwrap_or_default();
-    match names.is_empty() {
-        true => last,
-        false => format!("{} and {last}", names.join(", ")),
-    }
+    let names: Vec<String> = names.into_iter().map(|name| format!("'{name}'")).collect();
+    joined(&names)
 }
 
 /// Values of a parameter for reading: whole numbers as they are.

@@ -69,6 +69,20 @@ pub fn list(names: &[impl AsRef<str>]) -> String {
     }
 }
 
+/// Parts of a sentence: "u, v and w".
+///
+/// ```
+/// assert_eq!(flexure::text::joined(&["u", "v", "w"]), "u, v and w");
+/// ```
+pub fn joined(parts: &[impl AsRef<str>]) -> String {
+    let parts: Vec<&str> = parts.iter().map(AsRef::as_ref).collect();
+    match parts[..] {
+        [] => String::new(),
+        [one] => one.to_owned(),
+        [ref others @ .., last] => format!("{} and {last}", others.join(", ")),
+    }
+}
+
 /// A name, shortened if it is very long.
 ///
 /// ```

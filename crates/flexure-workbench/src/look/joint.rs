@@ -134,15 +134,6 @@ pub(super) struct Failure {
     pub is_too_fast: bool,
 }
 
-impl Failure {
-    fn of(text: String) -> Failure {
-        Failure {
-            text,
-            is_too_fast: false,
-        }
-    }
-}
-
 /// Whether the joints can be identified from a part of a record: their inertias clearly differ from zero, and the simulated motion is closer
 /// to the measured one than standstill.
 fn trial(
@@ -184,31 +175,37 @@ fn trial(
     let (joint, motions) = identified().map_err(|error| {
         let text = error.to_string();
         let path = format!("{}: ", shown_path(&file.path));
-        let too_slow = matches!(error.downcast_ref(), Some(flexure_io::Error::Data { cause, .. }) if is_too_slow(cause))
-            || error.downcast_ref().is_some_and(is_too_slow);
         Failure {
             text: text.strip_prefix(&path).unwrap_or(&text).to_owned(),
-            is_too_fast: too_slow,
+            is_too_fast: error.chain().any(is_too_fast),
         }
     })?;
     for (name, Estimated { value, standard_error }) in joint.inertias() {
         if !(value > 0.0) || standard_error.is_finite() && value < CLEARLY * standard_error {
             let value = with_error(value, standard_error);
-            return Err(Failure::of(format!(
-                "the {name}, {value}, does not clearly differ from zero"
-            )));
+            let text = format!("the {name}, {value}, does not clearly differ from zero");
+            return Err(Failure {
+                text,
+                ..Failure::default()
+            });
         }
     }
     match motions.is_empty() || motions.iter().any(|m| !(m.fit.percent > 0.0)) {
-        true => Err(Failure::of(
-            "the simulated motion is nowhere near the measured one".to_owned(),
-        )),
+        true => Err(Failure {
+            text: "the simulated motion is nowhere near the measured one".to_owned(),
+            ..Failure::default()
+        }),
         false => Ok(()),
     }
 }
 
-fn is_too_slow(error: &flexure::Error) -> bool {
-    matches!(error, flexure::Error::Data(DataError::SampledTooSlowly { .. }))
+/// Whether an error is that of a torque which changes too fast for the sample time.
+fn is_too_fast(error: &(dyn std::error::Error + 'static)) -> bool {
+    let library = match error.downcast_ref() {
+        Some(flexure_io::Error::Data { cause, .. }) => Some(&**cause),
+        _ => error.downcast_ref(),
+    };
+    matches!(library, Some(flexure::Error::Data(DataError::SampledTooSlowly { .. })))
 }
 
 /// The options of `flexure joint` for the columns of a joint or of an arm.

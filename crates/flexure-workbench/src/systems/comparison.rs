@@ -2,7 +2,7 @@
 
 use flexure::identify::result::StructureName;
 use flexure::identify::{Refutation, StructureCandidate, StructureComparison, Symptom};
-use flexure::text::number;
+use flexure::text::{joined, number};
 use flexure_report::data::{Page, Table};
 use serde_json::{Value, json};
 
@@ -117,15 +117,11 @@ pub fn show_on(comparison: &StructureComparison, page: &mut Page) {
         Some(structure) if comparison.as_good.is_empty() => {
             format!("The data support {structure}")
         }
-        Some(structure) => format!(
-            "The data support {structure} and {} equally",
-            comparison
-                .as_good
-                .iter()
-                .map(|s| s.title)
-                .collect::<Vec<_>>()
-                .join(" and ")
-        ),
+        Some(structure) => {
+            let all = std::iter::once(&structure).chain(&comparison.as_good);
+            let titles: Vec<&str> = all.map(|s| s.title).collect();
+            format!("The data support {} equally", joined(&titles))
+        }
         None if comparison.candidates.iter().all(|c| !c.refuted_by.is_empty()) => {
             "None of these structures: the data refute them all".to_owned()
         }

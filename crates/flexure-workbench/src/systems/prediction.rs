@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use anyhow::{Result, bail};
 use flexure::Block;
 use flexure::nonlinearity::Curve;
-use flexure::text::shown_path;
+use flexure::text::{joined, shown_path};
 use flexure::validation::{estimate_initial_state_of_inputs, predict_ahead};
 use flexure_io::{ModelFile, RecordFile};
 
@@ -157,7 +157,7 @@ pub fn simulate(block: &Block, file: &RecordFile, inputs: &[&str]) -> Result<Vec
         let problem = format!(
             "the model's output is {} at sample {first}; check that {} is in the unit in which the model was identified",
             y[first],
-            names.join(" and ")
+            joined(&names)
         );
         (first, problem)
     });

@@ -14,7 +14,7 @@ use crate::validation::FitMeasures;
 /// The outputs are settled when the estimates would move by about this many standard errors: the root of the missing samples' share times
 /// their RMS change in units of the RMS error. Convention.
 const SETTLED: f64 = 0.05;
-/// The most fits. Each of them leaves about so much of the change as the share of the missing samples.
+/// The most fits. From one fit to the next, the change shrinks about by the factor of the missing samples' share.
 const ROUNDS: usize = 5;
 /// The largest share of missing outputs. Convention: beyond, the start of a search is hardly that of the system.
 const MOST_MISSING: f64 = 0.5;
@@ -42,6 +42,9 @@ pub(super) fn identify(
     progress: &mut Progress<'_>,
 ) -> Result<Identification> {
     let measured = request.record()?.column(request.output)?;
+    if let Some(sample) = measured.iter().position(|y| y.is_infinite()) {
+        return Err(Error::not_finite(request.output, sample, measured[sample]));
+    }
     let at: Vec<usize> = (0..measured.len()).filter(|&t| measured[t].is_nan()).collect();
     if at.is_empty() {
         return (structure.identify)(request, progress);
@@ -169,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn too_few_outputs_are_refused() {
+    fn too_few_outputs_and_infinite_ones_are_refused() {
         let [u, y, _] = signals(1000, 6);
         let most: Vec<f64> = y
             .iter()
@@ -179,6 +182,16 @@ mod tests {
         let refused = identified(&LINEAR, &u, &most);
         assert!(
             matches!(refused, Err(Error::Data(DataError::TooShort { .. }))),
+            "{refused:?}"
+        );
+        let infinite: Vec<f64> = y
+            .iter()
+            .enumerate()
+            .map(|(t, y)| if t == 7 { f64::INFINITY } else { *y })
+            .collect();
+        let refused = identified(&LINEAR, &u, &infinite);
+        assert!(
+            matches!(refused, Err(Error::Data(DataError::NonFinite { sample: 7, .. }))),
             "{refused:?}"
         );
         let no_fresh: Vec<f64> = y

@@ -20,7 +20,7 @@ pub struct Structure {
     pub description: &'static str,
     /// The numbers of inputs that it takes.
     pub inputs: RangeInclusive<usize>,
-    /// The options that it knows in addition to the share of fresh samples and the treatment of outliers, by their names in Python; on the
+    /// The options that it knows in addition to the share of fresh samples and the treatment of outliers and of missing outputs, by their names in Python; on the
     /// command line they have hyphens.
     pub options: &'static [&'static str],
     /// Its rank, where [`AUTO`](super::AUTO) compares the structure with others.

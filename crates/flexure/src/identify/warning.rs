@@ -2,7 +2,7 @@
 
 use crate::text::{self, number};
 
-/// From this share of missing outputs on, it is said that error bars are too narrow. Convention: they are not known better.
+/// From this share of missing outputs on, it is said that error bars are too narrow. Convention: a hundredth of an error bar does not matter.
 const NOTICED: f64 = 0.01;
 /// The most outliers that are named by their sample.
 const NAMED_OUTLIERS: usize = 5;

@@ -61,8 +61,8 @@ fn fit_facts(identified: &Identified) -> Vec<Fact> {
     ]
 }
 
-/// The most poles on a tile.
-const MOST_POLES: usize = 4;
+/// The most poles that a tile lists.
+const MOST_POLES: usize = 6;
 
 /// Poles and delay of the linear parts.
 fn linear_facts(identified: &Identified) -> Vec<Fact> {
@@ -89,16 +89,9 @@ fn linear_facts(identified: &Identified) -> Vec<Fact> {
     let each = linear
         .map(|g| poles_text(g, identified.sample_time))
         .filter(|text| text != NONE);
-    // Those of one part are separated by commas.
-    let each: Vec<String> = each.collect();
-    let all: Vec<&str> = each.iter().flat_map(|part| part.split(", ")).collect();
-    let note = match all.len() {
-        n if n > MOST_POLES => format!(
-            "{}, and {} more: see the linear parts",
-            all[..MOST_POLES].join(", "),
-            n - MOST_POLES
-        ),
-        _ => each.join("; "),
+    let note = match orders.iter().sum::<usize>() {
+        n if n > MOST_POLES => "drawn with the linear parts".to_owned(),
+        _ => each.collect::<Vec<String>>().join("; "),
     };
     // A narrow tile has no room for lines that may not be broken.
     let poles = Fact::new("Poles", joined(&orders), note.replace('\u{a0}', " "));

@@ -4,7 +4,7 @@ use super::Others;
 use super::comparison::{Refutation, StructureCandidate};
 use super::judge::Judgement;
 use super::symptoms::Symptom;
-use crate::text::{capitalised, counted, percent};
+use crate::text::{capitalised, counted, joined, percent};
 
 /// What is supported and why, then what refutes each candidate, then what was not fitted.
 pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement<'_>, others: &Others) -> Vec<String> {
@@ -15,7 +15,7 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement<'
     let equal: Vec<&str> = std::iter::once(name.title).chain(equal).collect();
     let supported = match equal.len() {
         1 => name.title.to_owned(),
-        _ => format!("{} equally", listed(&equal)),
+        _ => format!("{} equally", joined(&equal)),
     };
     let mut all = vec![match (judgement.supported, verdict.refutation()) {
         (true, None) => {
@@ -63,7 +63,7 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement<'
         let predict = if as_well.len() == 1 { "predicts" } else { "predict" };
         all.push(format!(
             "More general than {name}, {} {predict} as well.",
-            listed(&as_well)
+            joined(&as_well)
         ));
     }
     let refuted = candidates
@@ -85,15 +85,6 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement<'
         }
     }
     all
-}
-
-/// Names in a sentence.
-fn listed(names: &[&str]) -> String {
-    match names {
-        [] => String::new(),
-        [one] => (*one).to_owned(),
-        [others @ .., last] => format!("{} and {last}", others.join(", ")),
-    }
 }
 
 /// The strongest evidence against a candidate: a comparison, otherwise the test that detects the largest share.

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use crate::linear::TransferFunction;
 use crate::model::{FeedbackModel, LoopInput, LoopOutput, NarxModel, VolterraModel};
 use crate::nonlinearity::{Curve, Surface};
-use crate::text::{counted, number, with_error};
+use crate::text::{counted, joined, number, with_error};
 
 /// Blocks in series.
 #[derive(Debug, Clone, PartialEq)]
@@ -254,7 +254,7 @@ fn places(kinks: &[f64], errors: &[f64]) -> String {
     match places.as_slice() {
         [] => String::new(),
         [one] => format!(", kink at {one}"),
-        [first @ .., last] => format!(", kinks at {} and {last}", first.join(", ")),
+        several => format!(", kinks at {}", joined(several)),
     }
 }
 

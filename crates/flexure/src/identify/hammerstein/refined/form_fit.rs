@@ -225,8 +225,9 @@ impl Problem<'_> {
 }
 
 impl MemoryRemoved {
-    /// Under a coloured or held input, the values' noise hangs together over neighbouring inputs, and the sums of a test are larger than those
-    /// of independent noise. The values' distances from the estimated curve, which has this many parameters, show by how much.
+    /// With a larger deviation if the input is coloured or held. The noise of values at neighbouring inputs is then correlated, and the test's
+    /// sums are larger than for independent noise. How much larger is seen in the distances from the estimated `curve`, which has this many
+    /// parameters.
     pub fn allowing_for(mut self, dependence: f64, curve: impl Fn(f64) -> f64, parameters: usize) -> Self {
         if dependence > DEPENDENT_NOISE && self.deviation > 0.0 {
             let weights: Vec<f64> = self.samples.iter().map(|n| n.sqrt() / self.deviation).collect();
