@@ -74,7 +74,7 @@ fn the_identified_arm_moves_as_the_true_one_under_a_fresh_torque() {
         verdict.is_some_and(|rest| rest.starts_with("Nothing refutes the form")),
         "{verdict:.200?}"
     );
-    assert!(page.contains("Its simulated motion fits by "));
+    assert!(page.contains("The simulated motion fits by "));
     assert!(page.contains("joint = flexure.identify_joint("));
 
     // Another multisine: the true arm, and the identified one under the same torque.

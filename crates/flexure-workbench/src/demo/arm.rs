@@ -7,7 +7,7 @@ use flexure::Record;
 use flexure::bands::Band;
 use flexure::identify::robot_joint::Estimated;
 use flexure::manipulator::{ArmParameters, JointParameters, LinkDynamics};
-use flexure::text::{number, percent};
+use flexure::text::{decimal, number, percent};
 use flexure_io::RecordFile;
 use flexure_io::arm::{Amplitude, ArmFile, preset};
 use flexure_report::data::{Axis, Comparison, JointCurve, ParameterTable, Prediction};
@@ -253,7 +253,7 @@ impl BothJoints {
                  {first:.2} % and {second:.2} %"
             ),
         );
-        let apart = number(log.sample_time);
+        let apart = decimal(log.sample_time);
         lines.item(
             "log",
             format!("{} samples of {}, {apart} s apart", log.samples(), log.name),

@@ -332,7 +332,7 @@ impl<'a> Outcome<'a> {
     fn motion(&self) -> String {
         match self.fault() {
             Some(Fault::NotSimulated) => return "it cannot be simulated with what was found".to_owned(),
-            Some(Fault::RunsAway) => return "its simulated motion runs away".to_owned(),
+            Some(Fault::RunsAway) => return "the simulated motion runs away".to_owned(),
             _ => {}
         }
         let same = self.fits.iter().all(|(drive, _)| *drive == self.fits[0].0);
@@ -341,7 +341,7 @@ impl<'a> Outcome<'a> {
             false => format!("{fit:.2} % {drive}"),
         });
         format!(
-            "its simulated motion fits by {}",
+            "the simulated motion fits by {}",
             each.collect::<Vec<_>>().join(" and ")
         )
     }
