@@ -289,7 +289,7 @@ pub enum DataError {
     /// A record is sampled too slowly for the motion in it.
     #[error(
         "a sample time of {} s is too long: the motion still stands out at {} Hz, and what happens between the samples is lost; sample \
-         faster, or use a torque that changes more slowly, as flexure excite makes them", decimal(*step), short(*band)
+         faster, or use torques that change more slowly, such as those of flexure excite", decimal(*step), short(*band)
     )]
     SampledTooSlowly {
         /// The sample time, s.
