@@ -53,9 +53,12 @@ def nonlinearity(
 ) -> Axes:
     """The curve with its pointwise 95 % band and its breakpoints; dashed, `truth(x)` where that is given."""
     axes = _calm(_axes(axes, figsize=(4.5, 3.2)))
+    hidden = np.zeros(len(found.x), dtype=bool)
+    for low, high in found.undetermined:
+        hidden |= (found.x >= low) & (found.x <= high)
     if found.lower is not None and found.upper is not None:
-        axes.fill_between(found.x, found.lower, found.upper, color=BLUE, alpha=0.2, linewidth=0, label="95 % band")
-    axes.plot(found.x, found.y, color=BLUE, linewidth=1.4, label="estimate")
+        axes.fill_between(found.x, found.lower, found.upper, where=~hidden, color=BLUE, alpha=0.2, linewidth=0, label="95 % band")
+    axes.plot(found.x, np.where(hidden, np.nan, found.y), color=BLUE, linewidth=1.4, label="estimate")
     if truth is not None:
         axes.plot(found.x, truth(found.x), "--", color=ORANGE, linewidth=1.2, label="truth")
     breaks = [at for at, kind in found.breakpoints if kind != "knot"]

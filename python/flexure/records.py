@@ -20,7 +20,7 @@ __all__ = ["read"]
 
 _log = logging.getLogger(__name__)
 
-_SEPARATORS = {None: None, "comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
+_SEPARATORS = {None: None, "comma": ",", "semicolon": ";", "tab": "\t", "pipe": "|", "space": " "}
 
 
 def read(
@@ -28,7 +28,7 @@ def read(
     *,
     topic: str | None = None,
     joint: str | None = None,
-    separator: Literal["comma", "semicolon", "tab", "space"] | None = None,
+    separator: Literal["comma", "semicolon", "tab", "pipe", "space"] | None = None,
     decimal: Literal["point", "comma"] | None = None,
     header: bool | None = None,
     skip_lines: int = 0,
@@ -42,7 +42,7 @@ def read(
     Parameters
     ----------
     path:
-        The file. A bag or an HDF5 file may be packed by Zstandard.
+        The file. A bag or an HDF5 file may be packed by Zstandard or gzip.
     topic:
         The topic of a bag, which need not be given where only one has numbers, or the joint; the group of an HDF5 file. The error
         without it lists the topics.
@@ -67,7 +67,7 @@ def read(
     >>> joint = flexure.identify_joint(log["effort"], log["position"], dt=0.005)  # doctest: +SKIP
     """
     if separator not in _SEPARATORS:
-        raise ParameterError(f"separator is {separator!r}, but must be comma, semicolon, tab or space")
+        raise ParameterError(f"separator is {separator!r}, but must be comma, semicolon, tab, pipe or space")
     text = (_SEPARATORS[separator], decimal, header, skip_lines, time_format)
     try:
         columns, notes = _core.read_record(path, topic, joint, *text, memory)

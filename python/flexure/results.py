@@ -161,6 +161,8 @@ class Nonlinearity:
     """Beyond its points: held at its end ("nearest"), the straight continuation ("linear"), or "nan"."""
     kink_errors: Array | None = None
     """Standard errors of the places of the kinks among `breakpoints`, NaN where one is not known; None where there are none."""
+    undetermined: tuple[tuple[float, float], ...] = ()
+    """Ranges of a joint's curve that the data hardly determine: plots leave them out."""
 
     def __call__(self, at: npt.ArrayLike) -> Array:
         """Its values; of the shape of `at`."""
@@ -198,6 +200,7 @@ class Nonlinearity:
             breakpoints=tuple(places),
             outside=curve.get("outside", "nearest"),
             kink_errors=_array(errors) if len(errors) else None,
+            undetermined=tuple((low, high) for low, high in curve.get("undetermined", ())),
             **edge,
         )
 

@@ -59,6 +59,7 @@ enum Separator {
     Comma,
     Semicolon,
     Tab,
+    Pipe,
     Space,
 }
 
@@ -131,6 +132,7 @@ impl Reading {
                 Separator::Comma => ',',
                 Separator::Semicolon => ';',
                 Separator::Tab => '\t',
+                Separator::Pipe => '|',
                 Separator::Space => ' ',
             }),
             decimal: self.decimal.map(|sign| match sign {

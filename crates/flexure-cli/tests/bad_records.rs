@@ -164,7 +164,7 @@ fn sample_times_that_are_not_uniform() {
         ),
         (
             "back.csv",
-            [5.0, 4.0, 3.0, 2.0, 1.0],
+            [5.0, 4.0, 5.0, 6.0, 7.0],
             "back.csv, line 3: the sample times do not increase: the step to sample 1 is -1 s; put the samples in order of time, one an instant",
         ),
         (

@@ -405,7 +405,7 @@ fn what_is_refused_says_what_to_do() {
     }
     let back: flexure::Record = {
         let (names, samples): (Vec<_>, Vec<_>) = record.columns().map(|(n, s)| (n.to_owned(), s.to_vec())).unzip();
-        let t: Vec<f64> = (0..30).map(|i| -f64::from(i)).collect();
+        let t: Vec<f64> = (0..30).map(|i: i32| f64::from((i - 20).abs())).collect();
         flexure::Record::new(std::iter::once(("t".to_owned(), t)).chain(names.into_iter().zip(samples))).unwrap()
     };
     write_record(folder.path("back.csv"), &back).unwrap();

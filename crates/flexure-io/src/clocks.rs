@@ -86,13 +86,14 @@ impl RecordFile {
     /// # Errors
     /// [`Error::Data`] for instants that are too large for seconds.
     pub(crate) fn with_clocks(mut self) -> Result<Self> {
+        self.put_in_order()?;
         // Only columns of instants are copied.
         let mut changed: Vec<(String, Vec<f64>)> = Vec::new();
         for (i, (name, samples)) in self.record.columns().enumerate() {
-            let is_stamped = self.origins.iter().any(|(column, _)| column == name);
-            if !(is_time(name) || is_stamped) {
+            if !self.is_clock(name) {
                 continue;
             }
+            let is_stamped = self.origins.iter().any(|(column, _)| column == name);
             let mut instants = Cow::Borrowed(samples);
             let first = samples.iter().copied().find(|instant| instant.is_finite());
             let has_unit = is_stamped || self.units[i].is_some() || has_unit(name);
@@ -127,6 +128,34 @@ impl RecordFile {
             self.record = Record::new(columns).map_err(|error| Error::data(&self.path, error))?;
         }
         Ok(self)
+    }
+}
+
+impl RecordFile {
+    /// Whether a column of this name has instants.
+    fn is_clock(&self, name: &str) -> bool {
+        is_time(name) || self.origins.iter().any(|(column, _)| column == name)
+    }
+
+    /// Takes the rows from the last to the first where all columns of instants decrease from row to row: many historians write the newest
+    /// sample first.
+    fn put_in_order(&mut self) -> Result<()> {
+        let clocks = || self.record.columns().filter(|(name, _)| self.is_clock(name));
+        let decreases = |samples: &[f64]| samples.len() > 1 && samples.windows(2).all(|pair| pair[1] < pair[0]);
+        let Some((name, _)) = clocks()
+            .next()
+            .filter(|_| clocks().all(|(_, samples)| decreases(samples)))
+        else {
+            return Ok(());
+        };
+        self.notes.push(format!(
+            "column '{name}' decreases: the rows are taken from the last to the first"
+        ));
+        let reversed = |samples: &[f64]| samples.iter().rev().copied().collect::<Vec<f64>>();
+        let columns = self.record.columns().map(|(name, samples)| (name, reversed(samples)));
+        self.record = Record::new(columns).map_err(|error| Error::data(&self.path, error))?;
+        self.lines.reverse(self.record.len());
+        Ok(())
     }
 }
 

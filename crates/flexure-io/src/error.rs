@@ -279,7 +279,7 @@ pub enum LineProblem {
         second: usize,
     },
     /// Two separators divide the lines equally well.
-    #[error("what separates the columns is unclear; say --separator comma, semicolon, tab or space")]
+    #[error("what separates the columns is unclear; say --separator comma, semicolon, tab, pipe or space")]
     MixedSeparators,
     /// Some numbers have decimal points, others decimal commas.
     #[error(
@@ -323,9 +323,15 @@ pub enum LineProblem {
     /// The file is packed.
     #[error("the file is packed, as a workbook (.xlsx) is; save its sheet as CSV")]
     Packed,
-    /// The text is not UTF-8.
-    #[error("the text is not UTF-8; save the file as UTF-8")]
-    NotUtf8,
+    /// The file is a workbook before 2007.
+    #[error("the file is an old workbook (.xls) or document; save its sheet as CSV")]
+    OldWorkbook,
+    /// The file is no text.
+    #[error("the file is no text, or text of an encoding without a mark; save it as CSV in UTF-8")]
+    NotText,
+    /// The text is marked as UTF-16, and is none.
+    #[error("the text is marked as UTF-16, but is not; save it in UTF-8")]
+    NotUtf16,
 }
 
 impl LineProblem {

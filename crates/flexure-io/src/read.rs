@@ -5,6 +5,7 @@ use std::io::{self, BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
 use bytes::Bytes;
+use flate2::read::MultiGzDecoder;
 use flexure::Interrupt;
 
 use crate::error::{Error, Result};
@@ -15,6 +16,9 @@ use crate::{bag, hdf5, mat, parquet_file, text};
 
 /// The longest beginning of a file that shows its format: HDF5's signature may stand at byte 65,536.
 const SIGNATURE_LENGTH: u64 = (1 << 16) + 8;
+
+/// The first bytes of a file packed by gzip.
+const GZIP: &[u8] = b"\x1f\x8b\x08";
 
 /// Reads a record with the default [`ReadOptions`].
 ///
@@ -29,19 +33,22 @@ const STANDARD_INPUT: &str = "standard input";
 
 impl ReadOptions {
     /// Reads a record: text with or without a header, Parquet, MAT, HDF5 or a topic of a ROS 2 bag; from standard input if `path` is `-`.
-    /// The path may also be a pipe, a file packed by Zstandard, or the folder of a bag with one file.
+    /// The path may also be a pipe, a file packed by gzip or Zstandard, or the folder of a bag with one file.
     ///
     /// The format comes from the first bytes of the file; if these do not decide, the extensions `.parquet` and `.mat` do, and everything
     /// else is text. Text may have the forms that programs and instruments write:
     ///
-    /// - Columns are separated by commas, semicolons, tabs or spaces, whichever divides all lines into equally many fields.
+    /// - Columns are separated by commas, semicolons, tabs, pipes or spaces, whichever divides all lines into equally many fields.
     ///   Lines that begin with `#` are comments; a spreadsheet's first line `sep=;` is passed over.
     /// - A first line of texts is the header. Units in brackets after the names, or in a second line, become
     ///   [`RecordFile::units`]. Without a header the columns are called `c0`, `c1`, ...
-    /// - Numbers have decimal points, or decimal commas where a comma does not separate columns.
+    /// - Numbers have decimal points, or decimal commas where a comma does not separate columns. A unit may follow each, as in `1.5 V`.
+    ///   The words false and true, off and on, no and yes are 0 and 1.
+    /// - A mark at the beginning says that the text is UTF-16. Otherwise it is UTF-8, or Latin-1.
     /// - A column of time stamps (ISO 8601) becomes seconds from its first. A column of texts is no signal; the other columns can still be
     ///   used.
-    /// - Instants that count ms, µs or ns from 1970 are recognised by their size.
+    /// - Instants that count ms, µs or ns from 1970 are recognised by their size. Where instants decrease from row to row, the newest sample
+    ///   comes first: the rows are taken from the last to the first.
     /// - An empty field is a missing sample, which is NaN; so are `nan`, `NA`, `null` and the like. Blank lines may only come last,
     ///   or between the header and the samples.
     ///
@@ -71,9 +78,10 @@ impl ReadOptions {
             true => (Path::new(STANDARD_INPUT), Source::Stream(Box::new(io::stdin().lock()))),
             false => (path, Source::open(path).map_err(|cause| Error::read(path, cause))?),
         };
-        let unpacked = |(start, source): (Vec<u8>, Source)| match start.starts_with(bag::ZSTD) {
-            true => Source::Stream(Box::new(zstd::Decoder::new(source.stream())?)).begun(),
-            false => Ok((start, source)),
+        let unpacked = |(start, source): (Vec<u8>, Source)| match start {
+            _ if start.starts_with(bag::ZSTD) => Source::Stream(Box::new(zstd::Decoder::new(source.stream())?)).begun(),
+            _ if start.starts_with(GZIP) => Source::Stream(Box::new(MultiGzDecoder::new(source.stream()))).begun(),
+            _ => Ok((start, source)),
         };
         let (start, source) = source
             .begun()

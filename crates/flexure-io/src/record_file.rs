@@ -68,20 +68,33 @@ impl Other {
 ///
 /// Only the samples at which the distance between sample and line changes are kept.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct SampleLines(Vec<(usize, u64)>);
+pub(crate) struct SampleLines {
+    distances: Vec<(usize, u64)>,
+    /// The number of samples if they come from the last line to the first.
+    reversed: Option<usize>,
+}
 
 impl SampleLines {
     /// Notes that `sample` comes from `line`; samples come in order.
     pub(crate) fn note(&mut self, sample: usize, line: u64) {
         if self.get(sample) != Some(line) {
-            self.0.push((sample, line));
+            self.distances.push((sample, line));
         }
     }
 
     pub(crate) fn get(&self, sample: usize) -> Option<u64> {
-        let after = self.0.partition_point(|&(first, _)| first <= sample);
-        let (first, line) = *self.0.get(after.checked_sub(1)?)?;
+        let sample = match self.reversed {
+            Some(samples) => samples.checked_sub(sample + 1)?,
+            None => sample,
+        };
+        let after = self.distances.partition_point(|&(first, _)| first <= sample);
+        let (first, line) = *self.distances.get(after.checked_sub(1)?)?;
         Some(line + (sample - first) as u64)
+    }
+
+    /// The lines of as many samples in the opposite order.
+    pub(crate) fn reverse(&mut self, samples: usize) {
+        self.reversed = Some(samples);
     }
 }
 

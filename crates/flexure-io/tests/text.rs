@@ -100,7 +100,7 @@ fn bad_lines_are_named() {
         (
             "a.csv",
             b"u,y;z\na,b;c\n",
-            "a.csv, line 1: what separates the columns is unclear; say --separator comma, semicolon, tab or space".into(),
+            "a.csv, line 1: what separates the columns is unclear; say --separator comma, semicolon, tab, pipe or space".into(),
         ),
         (
             "a.csv",
@@ -114,8 +114,8 @@ fn bad_lines_are_named() {
         ),
         (
             "a.csv",
-            b"\xff\xfeu\0,\0y\0\n\x001,2\n",
-            "a.csv, line 1: the text is not UTF-8; save the file as UTF-8".into(),
+            b"u\0,\0y\0\n\x001,2\n",
+            "a.csv, line 1: the file is no text, or text of an encoding without a mark; save it as CSV in UTF-8".into(),
         ),
         (
             "a.csv",

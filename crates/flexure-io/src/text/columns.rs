@@ -9,9 +9,13 @@ use crate::record_file::Unusable;
 const QUOTED_CHARACTERS: usize = 40;
 
 /// Texts that mean a missing sample, in addition to an empty field, as pandas, R and spreadsheets write them.
-const MISSING: [&str; 15] = [
-    "nan", "NaN", "NAN", "-nan", "-NaN", "NA", "<NA>", "N/A", "n/a", "null", "NULL", "None", "-", "#N/A", "#DIV/0!",
+pub(super) const MISSING: [&str; 20] = [
+    "nan", "NaN", "NAN", "-nan", "-NaN", "NA", "<NA>", "NaT", "N/A", "n/a", "null", "NULL", "None", "-", "--", "---",
+    "#N/A", "#DIV/0!", "#VALUE!", "#NUM!",
 ];
+
+/// Words for the two states of a switch: off and on, in lower case. They are 0 and 1.
+const SWITCHES: [[&str; 2]; 3] = [["false", "true"], ["off", "on"], ["no", "yes"]];
 
 /// Reads numbers, and notices which decimal sign they have.
 #[derive(Debug, Clone, Default)]
@@ -42,11 +46,15 @@ impl Numbers {
             return Ok(with_decimal(field, given));
         }
         let Some(value) = number(field) else { return Ok(None) };
-        if field.contains(',') {
-            self.comma.get_or_insert(line);
-            self.comma_is_certain |= !groups_thousands(field);
-        } else if field.contains('.') {
-            self.point.get_or_insert(line);
+        match field.rfind([',', '.']).map(|at| &field[at..=at]) {
+            Some(",") => {
+                self.comma.get_or_insert(line);
+                self.comma_is_certain |= !groups_thousands(field);
+            }
+            Some(_) => {
+                self.point.get_or_insert(line);
+            }
+            None => {}
         }
         match (self.point, self.comma) {
             (Some(point), Some(comma)) => Err(LineProblem::BothDecimals { point, comma }),
@@ -67,24 +75,46 @@ impl Numbers {
     }
 }
 
-/// A number with a decimal point or comma, but no groups of thousands.
+/// A number with a decimal point or comma; where it has both, the first groups thousands.
 fn number(field: &str) -> Option<f64> {
-    match field.parse() {
-        Ok(value) => Some(value),
-        Err(_) if field.contains('.') => None,
-        Err(_) => field.replacen(',', ".", 1).parse().ok(),
+    if let Ok(value) = field.parse() {
+        return Some(value);
     }
+    let field = as_parsed(field);
+    match (field.find(','), field.find('.')) {
+        (Some(comma), Some(point)) if comma < point => with_decimal(&field, Decimal::Point),
+        (Some(_), Some(_)) => with_decimal(&field, Decimal::Comma),
+        _ => field.replacen(',', ".", 1).parse().ok(),
+    }
+}
+
+/// A number with the minus sign and the exponent of programs: typesetting has another sign, Fortran writes `1.5D-03`.
+fn as_parsed(field: &str) -> String {
+    let field = field.replace('\u{2212}', "-");
+    match field.find(['D', 'd']) {
+        Some(at) if field[at + 1..].starts_with(['+', '-']) => format!("{}e{}", &field[..at], &field[at + 1..]),
+        _ => field,
+    }
+}
+
+/// A field with a number and then its unit, `1.5 V`.
+fn before_unit(field: &str) -> Option<(&str, &str)> {
+    let is_unit = |c: char| c.is_alphabetic() || ['%', '°'].contains(&c);
+    let (number, unit) = field.split_at(field.find(is_unit)?);
+    let ends = |c: char| c.is_ascii_digit() || c == '.' || c.is_whitespace();
+    number.ends_with(ends).then(|| (number.trim_end(), unit))
 }
 
 /// A number with the decimal sign given; the other sign may group thousands.
 fn with_decimal(field: &str, decimal: Decimal) -> Option<f64> {
+    let field = as_parsed(field);
     let (point, group) = match decimal {
         Decimal::Point => ('.', ','),
         Decimal::Comma => (',', '.'),
     };
     let (whole, fraction) = match field.split_once(point) {
         Some((whole, fraction)) => (whole, Some(fraction)),
-        None => (field, None),
+        None => (&field[..], None),
     };
     let well_grouped = whole
         .trim_start_matches(['+', '-'])
@@ -101,7 +131,7 @@ fn with_decimal(field: &str, decimal: Decimal) -> Option<f64> {
         .ok()
 }
 
-/// Whether a number with one comma looks like one thousand or more, 1,234.
+/// Whether a number with a comma looks like one thousand or more, 1,234.
 fn groups_thousands(field: &str) -> bool {
     let Some((whole, rest)) = field.split_once(',') else {
         return false;
@@ -129,11 +159,28 @@ pub(super) fn readable_number(field: &str, options: &ReadOptions) -> Option<f64>
 pub(super) fn is_readable(field: &str, options: &ReadOptions) -> bool {
     is_missing(field)
         || readable_number(field, options).is_some()
+        || Switch::of(field).is_some()
         || Stamps::of(field, options.time_format.as_deref()).is_some()
 }
 
 /// The columns of the band in a file of a curve, which are empty where no band was wanted.
 const BAND: [&str; 2] = ["lower", "upper"];
+
+/// The two words of a switch.
+#[derive(Clone, Copy, PartialEq)]
+struct Switch(&'static [&'static str; 2]);
+
+impl Switch {
+    /// The switch that has this word.
+    fn of(field: &str) -> Option<Switch> {
+        SWITCHES.iter().map(Switch).find(|switch| switch.state(field).is_some())
+    }
+
+    fn state(self, field: &str) -> Option<f64> {
+        let state = self.0.iter().position(|word| field.eq_ignore_ascii_case(word))?;
+        Some(state as f64)
+    }
+}
 
 /// One column as it is read.
 pub(super) struct Column<'a> {
@@ -146,6 +193,9 @@ enum Kind<'a> {
     /// Nothing but missing samples yet.
     Undecided,
     Numbers,
+    /// Numbers, each with this unit.
+    WithUnit(String),
+    Switch(Switch),
     Stamps {
         format: Stamps<'a>,
         /// The first instant, in ns, and as it is written.
@@ -184,19 +234,12 @@ impl<'a> Column<'a> {
             _ if is_missing(field) => Some(f64::NAN),
             Kind::Stamps { format, first, .. } => format.nanoseconds(field).map(|t| seconds(t, *first)),
             Kind::Numbers => numbers.number(field, line)?,
-            Kind::Undecided => {
-                let stamps = || Stamps::of(field, options.time_format.as_deref());
-                if let Some(value) = numbers.number(field, line)? {
-                    self.kind = Kind::Numbers;
-                    Some(value)
-                } else if let Some((format, first)) = stamps() {
-                    let text = field.to_owned();
-                    self.kind = Kind::Stamps { format, first, text };
-                    Some(0.0)
-                } else {
-                    None
-                }
-            }
+            Kind::WithUnit(unit) => match before_unit(field) {
+                Some((number, own)) if own == unit => numbers.number(number, line)?,
+                _ => None,
+            },
+            Kind::Switch(switch) => switch.state(field),
+            Kind::Undecided => self.decide(field, line, numbers, options)?,
         };
         match value {
             Some(value) => self.values.push(value),
@@ -220,6 +263,53 @@ impl<'a> Column<'a> {
             }
         }
         Ok(())
+    }
+
+    /// The first sample decides the kind; its value, `None` for a text.
+    fn decide(
+        &mut self,
+        field: &str,
+        line: u64,
+        numbers: &mut Numbers,
+        options: &'a ReadOptions,
+    ) -> Result<Option<f64>, LineProblem> {
+        if let Some(value) = numbers.number(field, line)? {
+            self.kind = Kind::Numbers;
+            return Ok(Some(value));
+        }
+        if let Some((format, first)) = Stamps::of(field, options.time_format.as_deref()) {
+            let text = field.to_owned();
+            self.kind = Kind::Stamps { format, first, text };
+            return Ok(Some(0.0));
+        }
+        if let Some(switch) = Switch::of(field) {
+            self.kind = Kind::Switch(switch);
+            return Ok(switch.state(field));
+        }
+        let Some((number, unit)) = before_unit(field) else {
+            return Ok(None);
+        };
+        let value = numbers.number(number, line)?;
+        if value.is_some() {
+            self.kind = Kind::WithUnit(unit.to_owned());
+        }
+        Ok(value)
+    }
+
+    /// The unit that stands behind each number.
+    pub(super) fn unit(&self) -> Option<&str> {
+        match &self.kind {
+            Kind::WithUnit(unit) => Some(unit),
+            _ => None,
+        }
+    }
+
+    /// The words for 0 and 1.
+    pub(super) fn switch(&self) -> Option<&'static [&'static str; 2]> {
+        match self.kind {
+            Kind::Switch(Switch(words)) => Some(words),
+            _ => None,
+        }
     }
 
     /// Why the column cannot serve as a signal, if so.

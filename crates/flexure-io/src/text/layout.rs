@@ -1,6 +1,6 @@
 //! The layout of a text file, decided from its first lines.
 //!
-//! 1. **Separator**: the one of comma, semicolon and tab that divides all lines into equally many fields, at least two. If several do, the
+//! 1. **Separator**: the one of comma, semicolon, tab and pipe that divides all lines into equally many fields, at least two. If several do, the
 //!    one with most readable fields; if none does, spaces.
 //! 2. **Header**: a line of texts. The file leaves it open if a column has texts in the second line too, or if the first line has the
 //!    numbers 0, 1, 2, ..., which pandas writes for columns without names.
@@ -25,8 +25,12 @@ const TABLE_LINES: usize = 3;
 /// The most lines of a header and units.
 const HEADINGS: usize = 2;
 
-/// The first bytes of a packed file, such as a workbook.
+/// What may separate the columns, besides spaces.
+pub(super) const SEPARATORS: [u8; 4] = [b',', b';', b'\t', b'|'];
+
+/// The first bytes of a packed file, such as a workbook, and of a workbook before 2007.
 const PACKED: &[u8] = b"PK\x03\x04";
+const OLD_WORKBOOK: &[u8] = b"\xd0\xcf\x11\xe0";
 
 /// The name for a column without a name that counts the rows, as pandas writes its index.
 pub(crate) const INDEX: &str = "index";
@@ -62,11 +66,11 @@ struct Line {
 impl Line {
     /// Refuses a line that is not text in UTF-8.
     fn check_text(&self) -> Result<(), Problem> {
-        let other =
-            self.bytes.starts_with(b"\xff\xfe") || self.bytes.starts_with(b"\xfe\xff") || self.bytes.contains(&0);
-        match self.bytes.starts_with(PACKED) {
-            true => Err((self.number, LineProblem::Packed)),
-            false if other => Err((self.number, LineProblem::NotUtf8)),
+        let begins = |with: &[u8]| self.bytes.starts_with(with);
+        match self.bytes.contains(&0) {
+            _ if begins(PACKED) => Err((self.number, LineProblem::Packed)),
+            _ if begins(OLD_WORKBOOK) => Err((self.number, LineProblem::OldWorkbook)),
+            true => Err((self.number, LineProblem::NotText)),
             false => Ok(()),
         }
     }
@@ -242,35 +246,31 @@ struct TableBelow {
 /// same columns, except for a header and a line of units.
 fn table_below(head: &[u8], options: &ReadOptions) -> Option<TableBelow> {
     let lines = first_lines(head, options.skip, SEARCHED_LINES);
-    let found = [b',', b';', b'\t']
-        .map(Some)
-        .into_iter()
-        .chain([None])
-        .filter_map(|separator| {
-            let rows = rows(&lines, separator);
-            let last = rows.last().filter(|_| rows.len() == lines.len())?;
-            let others = rows.iter().rposition(|row| row.len() != last.len())?;
-            let is_number = |field: &String| columns::readable_number(field, options).is_some();
-            let numbers: Vec<usize> = (0..last.len()).filter(|&i| is_number(&last[i])).collect();
-            let is_sample = |row: &Vec<String>| numbers.iter().all(|&i| columns::is_readable(&row[i], options));
-            let is_heading = |row: &Vec<String>| numbers.iter().all(|&i| !columns::is_readable(&row[i], options));
-            let block = &rows[others + 1..];
-            let samples = block.iter().rposition(|row| !is_sample(row)).map_or(0, |i| i + 1);
-            let headings = block[..samples]
-                .iter()
-                .rev()
-                .take(HEADINGS)
-                .take_while(|row| is_heading(row))
-                .count();
-            let has_lines_before = rows[0].len() != last.len() && block.len() - samples + headings >= TABLE_LINES;
-            let first = others + 1 + samples - headings;
-            let filled = |row: &Vec<String>| row.iter().rposition(|field| !field.is_empty()).map_or(0, |i| i + 1);
-            let table = || TableBelow {
-                line: lines[first].number,
-                is_sure: headings > 0 && rows[..first].iter().all(|row| filled(row) < last.len()),
-            };
-            (has_lines_before && last.len() > 1 && !numbers.is_empty()).then(|| (last.len(), table()))
-        });
+    let found = SEPARATORS.map(Some).into_iter().chain([None]).filter_map(|separator| {
+        let rows = rows(&lines, separator);
+        let last = rows.last().filter(|_| rows.len() == lines.len())?;
+        let others = rows.iter().rposition(|row| row.len() != last.len())?;
+        let is_number = |field: &String| columns::readable_number(field, options).is_some();
+        let numbers: Vec<usize> = (0..last.len()).filter(|&i| is_number(&last[i])).collect();
+        let is_sample = |row: &Vec<String>| numbers.iter().all(|&i| columns::is_readable(&row[i], options));
+        let is_heading = |row: &Vec<String>| numbers.iter().all(|&i| !columns::is_readable(&row[i], options));
+        let block = &rows[others + 1..];
+        let samples = block.iter().rposition(|row| !is_sample(row)).map_or(0, |i| i + 1);
+        let headings = block[..samples]
+            .iter()
+            .rev()
+            .take(HEADINGS)
+            .take_while(|row| is_heading(row))
+            .count();
+        let has_lines_before = rows[0].len() != last.len() && block.len() - samples + headings >= TABLE_LINES;
+        let first = others + 1 + samples - headings;
+        let filled = |row: &Vec<String>| row.iter().rposition(|field| !field.is_empty()).map_or(0, |i| i + 1);
+        let table = || TableBelow {
+            line: lines[first].number,
+            is_sure: headings > 0 && rows[..first].iter().all(|row| filled(row) < last.len()),
+        };
+        (has_lines_before && last.len() > 1 && !numbers.is_empty()).then(|| (last.len(), table()))
+    });
     found.max_by_key(|(width, _)| *width).map(|(_, table)| table)
 }
 
@@ -278,7 +278,10 @@ fn table_below(head: &[u8], options: &ReadOptions) -> Option<TableBelow> {
 fn separator(lines: &[Line], options: &ReadOptions) -> Result<Option<u8>, Problem> {
     let first = &lines[0];
     let regular = |rows: &[Vec<String>]| rows[0].len() > 1 && rows.iter().all(|row| row.len() == rows[0].len());
-    let candidates = [Some(b','), Some(b';'), Some(b'\t'), None].map(|separator| (separator, rows(lines, separator)));
+    let separators = SEPARATORS.into_iter().map(Some).chain([None]);
+    let candidates: Vec<_> = separators
+        .map(|separator| (separator, rows(lines, separator)))
+        .collect();
     let readable = |rows: &[Vec<String>]| -> usize {
         let data = rows.iter().skip(usize::from(rows.len() > 1)).flatten();
         data.filter(|field| columns::is_readable(field, options)).count()

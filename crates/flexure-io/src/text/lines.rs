@@ -3,6 +3,7 @@
 use std::io::{self, BufRead, Read};
 
 use super::LONGEST_LINE;
+use super::columns::MISSING;
 use crate::error::LineProblem;
 
 /// The most consecutive lines without content: a packed file of a few bytes can have any number of them. Convention.
@@ -126,7 +127,10 @@ impl<R: BufRead> Lines<R> {
 
 /// Whether this line is no part of the table; spreadsheets write `#N/A` for a sample.
 fn is_comment(line: &[u8]) -> bool {
-    line.starts_with(b"#") && !line.starts_with(b"#N/A") && !line.starts_with(b"#DIV/0!")
+    line.starts_with(b"#")
+        && !MISSING
+            .iter()
+            .any(|text| text.len() > 1 && line.starts_with(text.as_bytes()))
 }
 
 /// Whether this is the line by which spreadsheets declare the separator: `sep=;`.

@@ -21,7 +21,7 @@ use crate::record_file::{Other, RecordFile, SampleLines};
 use crate::time::is_time;
 use columns::{Column, Numbers};
 pub(crate) use layout::INDEX;
-use layout::Layout;
+use layout::{Layout, SEPARATORS};
 use lines::Lines;
 use stamps::Part;
 pub(crate) use stamps::with_fraction;
@@ -59,6 +59,11 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
         problem,
     };
     let head = head_of(&mut input).map_err(fail)?;
+    if let Some(order) = UTF_16.iter().find(|order| head.starts_with(&order.mark)) {
+        let text = order.text(&budget.all(Cursor::new(head).chain(input))?);
+        let text = text.ok_or_else(|| at((1, LineProblem::NotUtf16)))?;
+        return read(budget, path, text.as_bytes(), options);
+    }
     check_head(&head).map_err(|problem| at((1, problem)))?;
     budget.take(COLUMN * fields(&head), "the list of columns")?;
     let layout = layout(&head, path, options, at)?;
@@ -105,6 +110,34 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
     Ok(file)
 }
 
+/// An order of the two bytes of a unit of UTF-16, which spreadsheets write as "Unicode text".
+struct Utf16 {
+    mark: [u8; 2],
+    unit: fn([u8; 2]) -> u16,
+}
+
+const UTF_16: [Utf16; 2] = [
+    Utf16 {
+        mark: [0xff, 0xfe],
+        unit: u16::from_le_bytes,
+    },
+    Utf16 {
+        mark: [0xfe, 0xff],
+        unit: u16::from_be_bytes,
+    },
+];
+
+impl Utf16 {
+    /// The text behind the mark; `None` if these bytes are no UTF-16.
+    fn text(&self, bytes: &[u8]) -> Option<String> {
+        let units = bytes[self.mark.len()..].chunks_exact(2);
+        let whole = units.remainder().is_empty();
+        let text = char::decode_utf16(units.map(|unit| (self.unit)([unit[0], unit[1]])));
+        let text: std::result::Result<String, _> = text.collect();
+        text.ok().filter(|_| whole)
+    }
+}
+
 /// Refuses what begins like no table.
 fn check_head(head: &[u8]) -> std::result::Result<(), LineProblem> {
     if head.len() as u64 > LONGEST_LINE {
@@ -136,7 +169,7 @@ fn layout(head: &[u8], path: &Path, options: &ReadOptions, at: impl Fn((u64, Lin
 fn fields(head: &[u8]) -> u64 {
     let line = head.split(|&byte| byte == b'\n').next().unwrap_or_default();
     let count = |separator| line.iter().filter(|&&byte| byte == separator).count() as u64;
-    1 + b",;\t ".iter().map(|&separator| count(separator)).max().unwrap_or(0)
+    1 + SEPARATORS.into_iter().chain([b' ']).map(count).max().unwrap_or(0)
 }
 
 /// The beginning of a text, including its complete first line unless that is too long.
@@ -228,7 +261,14 @@ fn assemble(path: &Path, mut layout: Layout, mut columns: Vec<Column>, options: 
                 column.name
             )
         });
-        units.push(if stamps.is_some() { Some("s".to_owned()) } else { unit });
+        notes.extend(column.switch().map(|[off, on]| {
+            let name = &column.name;
+            format!("column '{name}' has the words {off} and {on}; they are taken as 0 and 1")
+        }));
+        units.push(match stamps.is_some() {
+            true => Some("s".to_owned()),
+            false => unit.or(column.unit().map(str::to_owned)),
+        });
         notes.extend(stamps);
         signals.push((column.name, column.values));
     }

@@ -6,12 +6,13 @@ use flexure_report::data::JointPage;
 use serde_json::{Value, json};
 
 use super::arm_file::{self, Place, StartedArm};
+use super::curves::{curve_json, curve_record, range_text};
 use super::row::Row;
 use super::text::{
-    Outcome, Units, estimate, fitted_json, formula, inertia_json, inertia_text, lack_text, nearness, range_text,
-    titled, with_error, write_findings, write_others, write_parameters,
+    Outcome, Units, estimate, fitted_json, formula, inertia_json, inertia_text, lack_text, nearness, titled,
+    with_error, write_findings, write_others, write_parameters,
 };
-use super::{Curves, Joint, Log, Motion, curve_json, curve_record, page, simulation};
+use super::{Curves, Joint, Log, Motion, page, simulation};
 use crate::lines::Lines;
 use crate::text::number;
 

@@ -5,6 +5,7 @@
 
 mod arm_file;
 mod axes;
+mod curves;
 mod flexible;
 mod log;
 mod page;
@@ -16,14 +17,13 @@ mod two_link;
 
 use anyhow::{Context as _, Result, bail};
 use flexure::Record;
-use flexure::bands::Band;
 use flexure::identify::robot_joint::{
     AxisDrive, Estimated, Extra, Finding, FlexibleJoint, IdentifiedJoint, RigidJoint, TwoLinkArm, TwoLinkLog,
 };
 use flexure::text::shown_path;
 use flexure_io::RecordFile;
 use flexure_report::data::JointPage;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::Spelling;
 use crate::lines::Lines;
@@ -189,26 +189,4 @@ impl AxisLog {
         };
         joint.identify()
     }
-}
-
-/// A curve with its band as the columns of a file.
-fn curve_record(band: &Band, [x, y]: [&str; 2]) -> flexure::Result<Record> {
-    Record::new([
-        (x, band.x[0].clone()),
-        (y, band.estimate.clone()),
-        ("lower", band.lower.clone()),
-        ("upper", band.upper.clone()),
-    ])
-}
-
-/// A curve with its band as JSON.
-fn curve_json(band: &Band) -> Value {
-    json!({
-        "x": band.x[0],
-        "y": band.estimate,
-        "lower": band.lower,
-        "upper": band.upper,
-        "standard_error": band.standard_error,
-        "level": band.level,
-    })
 }

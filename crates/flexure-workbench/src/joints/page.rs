@@ -8,6 +8,7 @@ use flexure_report::data::{
     Axis, Comparison, Fact, JointCurve, JointPage, Nonlinearity, ParameterTable, Prediction, Scatter,
 };
 
+use super::curves::{gaps_caption, with_gaps};
 use super::flexible::{at_motor, forms};
 use super::simulation::Fit;
 use super::text::{
@@ -46,8 +47,9 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, motions: &[Motion]) -> 
         curves: vec![JointCurve::new(
             "Friction",
             format!(
-                "The {} that inertia and position-dependent terms leave, over the velocity, with the free curve and its band.",
-                units.effort
+                "The {} that inertia and position-dependent terms leave, over the velocity, with the free curve and its band.{}",
+                units.effort,
+                gaps_caption(&axis.friction.band)
             ),
             curve(&axis.friction.band, [&labels[0], &labels[1]], |v| best.torque(v), best),
             Scatter::new(&axis.friction.x[..], &axis.friction.partial[..]),
@@ -166,6 +168,7 @@ fn joint_curves(axis: &FlexibleAxis, of: &str) -> Vec<JointCurve> {
     let known = secant.y.iter().any(|k| k.is_finite());
     let mut elastic =
         "The torque that the motor's inertia leaves, over the deflection, with the free curve.".to_owned();
+    elastic.push_str(gaps_caption(&axis.stiffness.band));
     if !known {
         elastic.push_str(" The stiffness, torque over deflection, is not drawn: its band is wide everywhere.");
     }
@@ -192,8 +195,10 @@ fn joint_curves(axis: &FlexibleAxis, of: &str) -> Vec<JointCurve> {
         ),
         JointCurve::new(
             format!("Friction{of}"),
-            "The elastic torque that the link's inertia leaves, over the link's velocity, with the free curve and its \
-             band.",
+            format!(
+                "The elastic torque that the link's inertia leaves, over the link's velocity, with the free curve and its band.{}",
+                gaps_caption(&axis.link.friction.band)
+            ),
             curve(
                 &axis.link.friction.band,
                 ["velocity (rad/s)", torque],
@@ -207,7 +212,10 @@ fn joint_curves(axis: &FlexibleAxis, of: &str) -> Vec<JointCurve> {
     let at_motor = at_motor.map(|(found, form)| {
         JointCurve::new(
             format!("Friction at the motor{of}"),
-            "The motor's torque that its inertia and the spring leave, over the motor's velocity, with the free curve and its band.",
+            format!(
+                "The motor's torque that its inertia and the spring leave, over the motor's velocity, with the free curve and its band.{}",
+                gaps_caption(&found.band)
+            ),
             curve(&found.band, ["velocity (rad/s)", torque], |v| form.torque(v), form),
             Scatter::new(&found.x[..], &found.partial[..]),
         )
@@ -252,10 +260,11 @@ fn samples(log: &Log) -> Fact {
 }
 
 fn curve(band: &Band, labels: [&str; 2], form: impl Fn(f64) -> f64, fitted: &Fitted) -> Nonlinearity {
+    let drawn = banded(band, labels, format!("{} % pointwise", 100.0 * band.level));
     Nonlinearity {
         truth: band.x[0].iter().map(|&x| form(x)).collect(),
         truth_label: fitted.form.title().to_owned(),
-        ..banded(band, labels, format!("{} % pointwise", 100.0 * band.level))
+        ..with_gaps(drawn, band)
     }
 }
 

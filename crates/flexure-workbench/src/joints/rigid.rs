@@ -6,13 +6,14 @@ use flexure_report::data::JointPage;
 use serde_json::{Value, json};
 
 use super::arm_file::{self, Place};
+use super::curves::{curve_json, curve_record, range_text};
 use super::row::Row;
 use super::simulation::Fit;
 use super::text::{
-    Outcome, Units, estimate, fitted_json, inertia_json, inertia_text, nearness, range_text, with_error,
-    write_findings, write_form, write_others,
+    Outcome, Units, estimate, fitted_json, inertia_json, inertia_text, nearness, with_error, write_findings,
+    write_form, write_others,
 };
-use super::{Curves, Joint, Log, Motion, curve_json, curve_record, page};
+use super::{Curves, Joint, Log, Motion, page};
 use crate::lines::{Lines, unbroken};
 use crate::text::number;
 

@@ -1,7 +1,6 @@
 //! Parts of a joint as text and as JSON.
 
 use flexure::Record;
-use flexure::bands::Band;
 use flexure::identify::robot_joint::{Estimated, Finding, Fitted, Parameter, REFUTED, TwoLinkArm};
 use flexure::text::{p_value, percent};
 use flexure_report::data::Verdict;
@@ -240,16 +239,6 @@ pub fn fitted_json(form: &Fitted, units: &Units) -> Value {
         "lack_of_fit": form.lack_of_fit,
         "bic": form.bic,
     })
-}
-
-/// The range over which a free curve was seen.
-pub fn range_text(band: &Band, unit: &str) -> String {
-    let x = &band.x[0];
-    format!(
-        "seen from {} to {} {unit}; beyond, these data say nothing",
-        number(x[0]),
-        number(x[x.len() - 1])
-    )
 }
 
 /// How well an identified joint or arm explains its log.

@@ -95,7 +95,7 @@ impl List<'_> {
         };
         let name = &look.columns[time].name;
         let Some(clock) = &look.clock else {
-            self.warn(format!("'{name}' should have the instants, but does not increase: sort the record by time, or name another column by --time."));
+            self.warn(format!("'{name}' should have the instants, but does not increase: name another column by --time, or say the time between two samples by --sample-time."));
             return;
         };
         if clock.missing > 0 {

@@ -19,6 +19,9 @@ const FEWEST: usize = 200;
 /// Convention.
 const BETWEEN: f64 = 0.2;
 
+/// What stands for a sample time that the record does not tell.
+const UNKNOWN_TIME: &str = "SECONDS";
+
 /// The output file of a preparation, and that of a preparation of this file.
 const PREPARED: &str = "prepared.csv";
 const PREPARED_AGAIN: &str = "prepared-2.csv";
@@ -314,10 +317,17 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
         options.push("--robust");
         why.push_str(" The output has outliers, which --robust leaves out of the fit.");
     }
-    let step = request.sample_time.map(exact);
+    let stands_still = look.time.is_some() && look.clock.is_none();
+    let unknown = || stands_still.then(|| UNKNOWN_TIME.to_owned());
+    let step = request.sample_time.map(exact).or_else(unknown);
     options.extend(step.iter().flat_map(|step| ["--sample-time", step.as_str()]));
     options.extend(["-o", "model.json", "--report", "report.html"]);
     let mut suggestion = Suggestion::new("identify", &options, why);
+    if request.sample_time.is_none() && stands_still {
+        suggestion
+            .notes
+            .push(format!("Put the time between two samples in place of {UNKNOWN_TIME}."));
+    }
     if inputs.iter().any(|name| name.contains(',')) {
         suggestion
             .notes
