@@ -115,6 +115,9 @@ fn units_behind_the_numbers() {
         [Some("ms"), Some("V"), Some("%")]
     );
     assert_eq!(file.column("y").unwrap()[..2], [-1.5, 2.0]);
+    let lines =
+        "Export of the historian\nPlant 4, line B\nt\tu\ty\n0 ms\t1.5 V\t1 %\n10 ms\t2.5 V\t--\n20 ms\t3.5 V\t2 %\n";
+    assert_log(&read("units_below_lines", lines), &["t", "u", "y"]);
     let file = read("units_that_change", "t,u,y\n0,1.5,1.5 V\n0.01,2.5,2 mV\n0.02,3.5,1 V\n");
     assert!(
         file.column("y")

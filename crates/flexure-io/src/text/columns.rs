@@ -155,6 +155,11 @@ pub(super) fn readable_number(field: &str, options: &ReadOptions) -> Option<f64>
         .map_or_else(|| number(field), |decimal| with_decimal(field, decimal))
 }
 
+/// Whether `field` is a number and its unit.
+pub(super) fn has_unit(field: &str, options: &ReadOptions) -> bool {
+    before_unit(field).is_some_and(|(number, _)| readable_number(number, options).is_some())
+}
+
 /// Whether `field` is a number, a time stamp, or missing: anything but a text.
 pub(super) fn is_readable(field: &str, options: &ReadOptions) -> bool {
     is_missing(field)

@@ -250,10 +250,12 @@ fn table_below(head: &[u8], options: &ReadOptions) -> Option<TableBelow> {
         let rows = rows(&lines, separator);
         let last = rows.last().filter(|_| rows.len() == lines.len())?;
         let others = rows.iter().rposition(|row| row.len() != last.len())?;
-        let is_number = |field: &String| columns::readable_number(field, options).is_some();
+        let is_number =
+            |field: &String| columns::readable_number(field, options).is_some() || columns::has_unit(field, options);
         let numbers: Vec<usize> = (0..last.len()).filter(|&i| is_number(&last[i])).collect();
-        let is_sample = |row: &Vec<String>| numbers.iter().all(|&i| columns::is_readable(&row[i], options));
-        let is_heading = |row: &Vec<String>| numbers.iter().all(|&i| !columns::is_readable(&row[i], options));
+        let is_readable = |field: &String| is_number(field) || columns::is_readable(field, options);
+        let is_sample = |row: &Vec<String>| numbers.iter().all(|&i| is_readable(&row[i]));
+        let is_heading = |row: &Vec<String>| numbers.iter().all(|&i| !is_readable(&row[i]));
         let block = &rows[others + 1..];
         let samples = block.iter().rposition(|row| !is_sample(row)).map_or(0, |i| i + 1);
         let headings = block[..samples]
@@ -271,7 +273,9 @@ fn table_below(head: &[u8], options: &ReadOptions) -> Option<TableBelow> {
         };
         (has_lines_before && last.len() > 1 && !numbers.is_empty()).then(|| (last.len(), table()))
     });
-    found.max_by_key(|(width, _)| *width).map(|(_, table)| table)
+    found
+        .max_by_key(|(width, table)| (table.is_sure, *width))
+        .map(|(_, table)| table)
 }
 
 /// Step 1; see the module.
@@ -361,7 +365,7 @@ fn could_be_name(field: &str) -> bool {
 /// Step 3; see the module.
 fn has_units(rows: &[Vec<String>], options: &ReadOptions) -> bool {
     let [_, second, third, ..] = rows else { return false };
-    let is_text = |field: &String| !columns::is_readable(field, options);
+    let is_text = |field: &String| !columns::is_readable(field, options) && !columns::has_unit(field, options);
     // Some instruments write a setting there, into a column without samples.
     let is_setting = |i: usize| rows[2..].iter().all(|row| row.get(i).is_none_or(String::is_empty));
     let is_unit = |(i, field): (usize, &String)| is_text(field) || could_be_name(field) || is_setting(i);
