@@ -108,15 +108,17 @@ def overview():
 def gallery():
     data = Path(os.environ["FLEXURE_DATA"]).resolve()
     with tempfile.TemporaryDirectory() as folder:
-        run(folder, f"flexure joint {data}/emps-estimation.mat --position qm --torque vir --torque-constant gtau --prismatic --friction friction.csv")
-        friction = np.genfromtxt(Path(folder) / "friction.csv", delimiter=",", names=True)
+        axis = run(folder, f"flexure joint {data}/emps-estimation.mat --position qm --torque vir --torque-constant gtau --prismatic")
         circuit = run(folder, f"flexure identify {data}/wiener-hammerstein-2009-estimation.csv --input u --output y --sample-time 1.953125e-5 --structure wiener-hammerstein")
         record = systems.motor()
         np.savetxt(Path(folder) / "motor.csv", np.column_stack(list(record.values())), delimiter=",", header=",".join(record), comments="", fmt="%.9g")
         dead_zone = run(folder, "flexure identify motor.csv --input voltage --output speed")
     figure, (first, second, third) = pyplot.subplots(1, 3, figsize=(11, 3.1), layout="constrained")
-    names = friction.dtype.names
-    banded(first, {"x": friction[names[0]], "y": friction[names[1]], "lower": friction["lower"], "upper": friction["upper"]}, "friction")
+    friction = {name: np.array(axis["friction"][name]) for name in ("x", "y", "lower", "upper")}
+    for low, high in axis["friction"]["undetermined"]:
+        for edge in ("y", "lower", "upper"):
+            friction[edge][(friction["x"] >= low) & (friction["x"] <= high)] = np.nan
+    banded(first, friction, "friction")
     first.set(title="Friction of a robot axis (EMPS)", xlabel="velocity, m/s", ylabel="force, N")
     first.legend(loc="upper left")
     curve = circuit["nonlinearity"]
