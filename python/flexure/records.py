@@ -8,6 +8,7 @@ from __future__ import annotations
 import logging
 import os
 import re
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
@@ -33,6 +34,7 @@ def read(
     header: bool | None = None,
     skip_lines: int = 0,
     time_format: str | None = None,
+    missing_text: str | Sequence[str] = (),
     memory: int | None = None,
 ) -> dict[str, npt.NDArray[np.float64]]:
     """The columns of a record by their names, as ``fit`` and the functions of `flexure.prepare` take them. A missing sample is NaN.
@@ -49,9 +51,9 @@ def read(
     joint:
         The joint of a topic of ``sensor_msgs/JointState``: the columns are ``position``, ``velocity`` and ``effort``. By default all
         joints, each with its name before that.
-    separator, decimal, header, skip_lines, time_format:
+    separator, decimal, header, skip_lines, time_format, missing_text:
         How a text file is read, where it leaves that open: what is between two fields, the decimal sign, whether the first line
-        has the names, lines to leave out before the table, the format of time stamps that are not ISO 8601.
+        has the names, lines to leave out before the table, the format of time stamps that are not ISO 8601, texts that stand for a missing sample.
     memory:
         The most memory that the record may take, bytes; by default 4 GiB, or a twentieth of the free memory where that is less.
 
@@ -68,7 +70,8 @@ def read(
     """
     if separator not in _SEPARATORS:
         raise ParameterError(f"separator is {separator!r}, but must be comma, semicolon, tab, pipe or space")
-    text = (_SEPARATORS[separator], decimal, header, skip_lines, time_format)
+    missing = [missing_text] if isinstance(missing_text, str) else list(missing_text)
+    text = (_SEPARATORS[separator], decimal, header, skip_lines, time_format, missing)
     try:
         columns, notes = _core.read_record(path, topic, joint, *text, memory)
     except FileError as error:
@@ -87,4 +90,4 @@ def _as_arguments(message: str) -> str:
         words = {"yes": "True", "no": "False", "comma": "'comma'", "point": "'point'"}
         return f"{name}={words.get(value, value)}"
 
-    return re.sub(r"--([a-z]+(?:-[a-z]+)*)(?: (comma|point|yes|no|N|\d+)\b)?", argument, message)
+    return re.sub(r"--([a-z]+(?:-[a-z]+)*)(?: (comma\b|point\b|yes\b|no\b|N\b|\d+\b|'[^']*'))?", argument, message)

@@ -255,6 +255,7 @@ mod tests {
             "skip-lines",
             "time",
             "time-format",
+            "missing-text",
             "topic",
             "joint",
             "memory",

@@ -43,6 +43,9 @@ pub struct Reading {
     /// The format of time stamps that are not ISO 8601, for example "%d.%m.%Y %H:%M:%S%.f".
     #[arg(long, value_name = "FORMAT")]
     time_format: Option<String>,
+    /// Texts that stand for a missing sample, separated by commas, in addition to nan, NA, #N/A and the like.
+    #[arg(long, value_name = "TEXTS", value_delimiter = ',', allow_hyphen_values = true)]
+    missing_text: Vec<String>,
     /// For a ROS 2 bag: the topic. It is not needed if only one topic has numbers, or the joint. For an HDF5 file: the group.
     #[arg(long, value_name = "NAME")]
     topic: Option<String>,
@@ -141,6 +144,7 @@ impl Reading {
             }),
             header: self.header.map(|answer| answer == Answer::Yes),
             skip: self.skip_lines.unwrap_or(0),
+            missing_texts: self.missing_text.clone(),
             time_format: self.time_format.clone(),
             topic: self.topic.clone(),
             joint: self.joint.clone(),
@@ -186,6 +190,10 @@ impl Reading {
             ("skip-lines", self.skip_lines.map(|lines| lines.to_string())),
             ("time", self.time.clone()),
             ("time-format", self.time_format.clone()),
+            (
+                "missing-text",
+                (!self.missing_text.is_empty()).then(|| self.missing_text.join(",")),
+            ),
             ("topic", self.topic.clone()),
             ("joint", self.joint.clone()),
         ];

@@ -271,7 +271,7 @@ fn excitation_records_that_cannot_be_used() {
     refused("cannot read past.csv: there is no such file or directory");
     folder.write("past.csv", "tau1,tau2\n1,2\n3,abc\n");
     refused(
-        "past.csv, line 3: column 'tau2' holds 'abc' at sample 1, which is not a number (numbers look like -1.5e-3; for time stamps see --time-format)",
+        "past.csv, line 3: column 'tau2' holds 'abc' at sample 1, which is not a number (numbers look like -1.5e-3; --missing-text 'abc' takes it for a missing sample; --time-format is for time stamps)",
     );
     folder.write("past.csv", "tau1,tau2\n1,2\n3,4\n");
     refused("it has 2 rows, but the run has 101 instants; shorten the duration");

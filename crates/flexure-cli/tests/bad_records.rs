@@ -35,7 +35,7 @@ fn files_that_are_no_records() {
         (
             "text.csv",
             "u,y\n1,2\n3,abc\n",
-            "text.csv, line 3: column 'y' holds 'abc' at sample 1, which is not a number (numbers look like -1.5e-3; for time stamps see --time-format)",
+            "text.csv, line 3: column 'y' holds 'abc' at sample 1, which is not a number (numbers look like -1.5e-3; --missing-text 'abc' takes it for a missing sample; --time-format is for time stamps)",
         ),
         (
             "ragged.csv",

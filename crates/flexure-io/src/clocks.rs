@@ -152,7 +152,23 @@ impl RecordFile {
             "column '{name}' decreases: the rows are taken from the last to the first"
         ));
         let reversed = |samples: &[f64]| samples.iter().rev().copied().collect::<Vec<f64>>();
-        let columns = self.record.columns().map(|(name, samples)| (name, reversed(samples)));
+        let mut columns: Vec<(String, Vec<f64>)> = self
+            .record
+            .columns()
+            .map(|(name, samples)| (name.to_owned(), reversed(samples)))
+            .collect();
+        // Time stamps count from the first sample.
+        for (name, origin) in &mut self.origins {
+            if let Some((_, samples)) = columns.iter_mut().find(|(column, _)| column == name) {
+                let first = samples[0];
+                samples.iter_mut().for_each(|t| *t -= first);
+                *origin += (first * 1e9).round() as i64;
+                let says = format!("column '{name}' has time stamps; ");
+                for note in self.notes.iter_mut().filter(|note| note.starts_with(&says)) {
+                    *note = format!("{says}it counts the seconds from the instant of the last row");
+                }
+            }
+        }
         self.record = Record::new(columns).map_err(|error| Error::data(&self.path, error))?;
         self.lines.reverse(self.record.len());
         Ok(())

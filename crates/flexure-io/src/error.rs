@@ -243,7 +243,7 @@ pub enum LineProblem {
     },
     /// A field is text where a number should be.
     #[error(
-        "column '{column}' holds '{text}' at sample {sample}, which is not a number (numbers look like -1.5e-3; for time stamps see --time-format)"
+        "column '{column}' holds '{text}' at sample {sample}, which is not a number (numbers look like -1.5e-3; --missing-text '{text}' takes it for a missing sample; --time-format is for time stamps)"
     )]
     NotANumber {
         /// The column's name.

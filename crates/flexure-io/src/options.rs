@@ -29,6 +29,8 @@ pub struct ReadOptions {
     pub skip: u64,
     /// The format of time stamps that are not ISO 8601, such as `%d.%m.%Y %H:%M:%S%.f`.
     pub time_format: Option<String>,
+    /// Texts that stand for a missing sample, such as `Bad`, in addition to those that programs and spreadsheets have for it.
+    pub missing_texts: Vec<String>,
     /// The topic of a bag; not needed if only one topic can be read, or has the joint. For an HDF5 file it is a group.
     pub topic: Option<String>,
     /// The joint of a topic of `sensor_msgs/JointState`, whose columns are `position`, `velocity` and `effort`; by default all joints.

@@ -114,6 +114,10 @@ pub struct RecordFile {
     /// The origins of columns of time stamps, in ns.
     pub(crate) origins: Vec<(String, i64)>,
     pub(crate) others: Vec<Other>,
+    /// The texts among the numbers of columns that are therefore no signals.
+    pub(crate) texts: Vec<String>,
+    /// A column of dates that was joined with one of times of day, and the name of the latter.
+    pub(crate) dates: Option<(String, String)>,
     /// Whether messages must not quote the content of the file.
     pub(crate) is_foreign: bool,
     pub(crate) lines: SampleLines,
@@ -135,6 +139,8 @@ impl RecordFile {
             constants: Vec::new(),
             origins: Vec::new(),
             others: Vec::new(),
+            texts: Vec::new(),
+            dates: None,
             is_foreign: false,
             lines: SampleLines::default(),
         }
@@ -159,6 +165,12 @@ impl RecordFile {
     pub fn flawed(&self) -> impl Iterator<Item = String> {
         let flawed = self.others.iter().filter(|other| !other.is_text());
         flawed.map(|other| format!("{other}; the column is left out"))
+    }
+
+    /// The few texts among numbers that make columns unusable, and may stand for missing samples:
+    /// [`ReadOptions::missing_texts`](crate::ReadOptions::missing_texts).
+    pub fn unread_texts(&self) -> &[String] {
+        &self.texts
     }
 
     /// Whether the file has a column or variable of this name, be it a signal or not.

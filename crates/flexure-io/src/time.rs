@@ -11,8 +11,9 @@ use flexure::text::visible;
 
 /// Names of columns of instants, in lower case: in English, German, French, Spanish, Italian and Portuguese, the Nordic
 /// languages, and Dutch.
-const NAMES: [&str; 13] = [
+const NAMES: [&str; 15] = [
     "t",
+    "ts",
     "time",
     "timestamp",
     "datetime",
@@ -20,6 +21,7 @@ const NAMES: [&str; 13] = [
     "elapsedtime",
     "zeit",
     "zeitstempel",
+    "uhrzeit",
     "temps",
     "tiempo",
     "tempo",
@@ -160,7 +162,7 @@ impl RecordFile {
         };
         let is_time = |name: &&str| is_time(name) && !in_use.contains(name);
         let names: Vec<&str> = match given {
-            Some(name) => vec![name],
+            Some(name) => vec![self.meant(name)],
             None => self.record.names().iter().map(String::as_str).filter(is_time).collect(),
         };
         // Time stamps are instants under any column name.
@@ -213,6 +215,9 @@ impl RecordFile {
         let names = || self.record.names().iter();
         if names().any(|own| own == name) {
             return name;
+        }
+        if let Some((_, times)) = self.dates.as_ref().filter(|(dates, _)| dates == name) {
+            return times;
         }
         let (base, unit) = split_unit(name);
         let with_unit = names().find(|own| **own == base && unit.is_some() && self.unit(own) == unit.as_deref());

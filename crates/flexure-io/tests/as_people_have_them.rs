@@ -144,7 +144,7 @@ fn a_column_with_one_text_among_its_numbers_is_named() {
             .split_once("line 3: ")
             .unwrap()
             .1,
-        "column 'y' holds 'OVER' at sample 1, which is not a number (numbers look like -1.5e-3; for time stamps see --time-format)"
+        "column 'y' holds 'OVER' at sample 1, which is not a number (numbers look like -1.5e-3; --missing-text 'OVER' takes it for a missing sample; --time-format is for time stamps)"
     );
 }
 

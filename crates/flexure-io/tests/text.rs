@@ -136,13 +136,13 @@ fn a_column_with_a_text_is_refused_where_it_is_used() {
             "a.csv",
             "u,y\n1,2\n3,x4\n",
             "y",
-            "a.csv, line 3: column 'y' holds 'x4' at sample 1, which is not a number (numbers look like -1.5e-3; for time stamps see --time-format)",
+            "a.csv, line 3: column 'y' holds 'x4' at sample 1, which is not a number (numbers look like -1.5e-3; --missing-text 'x4' takes it for a missing sample; --time-format is for time stamps)",
         ),
         (
             "a.dat",
             "1 2\nx 3\n",
             "c0",
-            "a.dat, line 2: column 'c0' holds 'x' at sample 1, which is not a number (numbers look like -1.5e-3; for time stamps see --time-format)",
+            "a.dat, line 2: column 'c0' holds 'x' at sample 1, which is not a number (numbers look like -1.5e-3; --missing-text 'x' takes it for a missing sample; --time-format is for time stamps)",
         ),
         (
             "a.csv",

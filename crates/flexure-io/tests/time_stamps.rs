@@ -101,7 +101,7 @@ fn a_logger_with_its_own_time_format() {
     assert_eq!(
         read("own_format_note", content).notes,
         [
-            "column 'date' is left out: 'date' is text, such as '05/01/2024 10:00:00.00' on line 2 (--time-format says how time stamps are written, as in \"%d.%m.%Y %H:%M:%S%.f\")"
+            "column 'date' is left out: 'date' is text, such as '05/01/2024 10:00:00.00' on line 2 (--time-format says how time stamps or dates are written, as in \"%d.%m.%Y %H:%M:%S%.f\" or \"%m/%d/%Y\")"
         ]
     );
     let options = ReadOptions {

@@ -4,9 +4,9 @@ mod common;
 
 use std::io::Write;
 
-use common::{assert_log, directory, read, refused};
+use common::{assert_log, directory, read, read_with, refused};
 use flate2::write::GzEncoder;
-use flexure_io::read_record;
+use flexure_io::{ReadOptions, read_record};
 
 const LOG: &str = "t,u,y\n0,1.5,-1\n0.01,2.5,1\n0.02,3.5,2\n";
 
@@ -92,6 +92,8 @@ fn switches_are_zero_and_one() {
             )]
         );
     }
+    let file = read("one_state", "t,pump,u\n0,ON,1.5\n0.01,ON,2.5\n0.02,ON,3.5\n");
+    assert_eq!(file.notes, ["column 'pump' has the word on; it is taken as 1"]);
     // A third state is none of a switch.
     let file = read("states", "t,valve,u\n0,ON,1.5\n0.01,OFF,2.5\n0.02,FAULT,3.5\n");
     assert_log(&file, &["t", "u"]);
@@ -137,8 +139,139 @@ fn the_newest_sample_first() {
     );
     assert_eq!((file.line(0), file.line(1), file.line(2)), (Some(4), Some(3), Some(2)));
     let stamps = "when,u\n2026-03-01 08:00:00.02,3.5\n2026-03-01 08:00:00.01,2.5\n2026-03-01 08:00:00,1.5\n";
-    assert_log(&read("newest_stamp_first", stamps), &["when", "u"]);
+    let file = read("newest_stamp_first", stamps);
+    assert_log(&file, &["when", "u"]);
+    assert_eq!(file.column("when").unwrap()[0], 0.0);
+    assert_eq!(
+        file.notes[0],
+        "column 'when' has time stamps; it counts the seconds from the instant of the last row"
+    );
     // Instants that go back and forth have no order.
     let file = read("back_and_forth", "t,u\n0.02,3.5\n0.01,2.5\n0.03,1.5\n");
     assert!(file.time(None, &[]).is_err());
+}
+
+/// A log of 25 samples with these lines after it.
+fn with_below(lines: &str) -> String {
+    let rows: String = (0..25)
+        .map(|k| format!("{:.2};{k}.5;{}\n", 0.01 * f64::from(k), k % 7))
+        .collect();
+    format!("t;u;y\n{rows}{lines}")
+}
+
+#[test]
+fn what_stands_below_a_table_is_left_out() {
+    for (lines, note) in [
+        ("Summe;300;70\n", "line 27 stands below the table and is left out"),
+        (";300;70\n", "line 27 stands below the table and is left out"),
+        (
+            "Total records: 25\n",
+            "line 27 is text without a number and is left out",
+        ),
+        (
+            "Total records: 25;;\n",
+            "line 27 stands below the table and is left out",
+        ),
+        ("0.25;25\n", "line 27 stands below the table and is left out"),
+        (
+            "\n\nmean;12;3\nmax;25.5;6\n",
+            "lines 29 to 30 stand below the table and are left out",
+        ),
+    ] {
+        let file = read("below", with_below(lines));
+        assert_eq!((file.record.len(), file.record.names().len()), (25, 3), "{lines}");
+        assert_eq!(file.notes, [note], "{lines}");
+        assert_eq!(file.column("y").unwrap()[24], 3.0);
+    }
+}
+
+#[test]
+fn what_stands_between_samples_is_no_end() {
+    let more = "0.25;25.5;1\n";
+    assert_eq!(
+        refused("between", with_below(&format!("0.3\n{more}")))
+            .split(" (")
+            .next(),
+        Some(
+            "log.csv, line 27: 1 field where there are 3 columns; every line must have one field a column: remove it if it is no sample"
+        )
+    );
+    assert!(refused("blank", with_below(&format!("\n{more}"))).starts_with("log.csv, line 27: this line is blank"));
+    // A remark is none of the samples anywhere.
+    let file = read("remark", with_below(&format!("--- pause ---\n{more}*** end ***\n")));
+    assert_eq!(file.record.len(), 26);
+    assert_eq!(
+        file.notes,
+        ["2 lines are text without a number and are left out, the first of them line 27"]
+    );
+    assert_eq!(file.line(25), Some(28));
+    // A text among the last samples is that column's flaw.
+    let file = read("flaw", with_below(&format!("0.25;25.5;OVER\n{}", "0.26;26.5;1\n")));
+    assert_eq!(file.record.names(), ["t", "u"]);
+    assert_eq!(file.record.len(), 27);
+    // So are more texts than stand below a table.
+    let file = read("broken", with_below(&"0.25;25.5;OVER\n".repeat(6)));
+    assert_eq!(file.record.names(), ["t", "u"]);
+}
+
+#[test]
+fn a_header_that_is_repeated_is_left_out() {
+    let content = with_below("t;u;y\n0.25;25.5;1\n");
+    let file = read("repeated", &content);
+    assert_eq!(file.record.len(), 26);
+    assert_eq!(file.notes, ["line 27 repeats the header and is left out"]);
+    assert_eq!((file.line(24), file.line(25)), (Some(26), Some(28)));
+}
+
+#[test]
+fn lines_padded_to_the_width_of_the_table_stand_above_it() {
+    let content = format!("Messung 3;;\nDatum:;01.03.2026;\n;;\n{}", with_below(""));
+    for content in [content.clone(), content.replace("Datum:;01.03.2026;\n", "")] {
+        let file = read("padded", &content);
+        assert_eq!(file.record.names(), ["t", "u", "y"]);
+        assert_eq!(file.record.len(), 25);
+    }
+    // Units in the first columns belong to the table.
+    let file = read("padded_units", "t;u;y\ns;;\n0;1.5;0\n0.01;2.5;1\n0.02;3.5;2\n");
+    assert_log(&file, &["t", "u", "y"]);
+}
+
+#[test]
+fn texts_for_missing_samples_are_named_by_an_option() {
+    let content = "t,u,y\n0,1.5,1\n0.01,2.5,Bad Input\n0.02,3.5,OVER\n";
+    let said = read("words", content).column("y").unwrap_err().to_string();
+    assert!(
+        said.contains("--missing-text 'Bad Input' takes it for a missing sample"),
+        "{said}"
+    );
+    assert_eq!(read("words", content).unread_texts(), ["Bad Input", "OVER"]);
+    let options = ReadOptions {
+        missing_texts: vec!["Bad Input".to_owned(), "OVER".to_owned()],
+        ..ReadOptions::default()
+    };
+    let file = read_with(&options, "words", content).unwrap();
+    assert_log(&file, &["t", "u", "y"]);
+    assert!(file.column("y").unwrap()[1..].iter().all(|y| y.is_nan()));
+}
+
+#[test]
+fn times_of_day_pass_midnight() {
+    let file = read("midnight", "clock,u\n23:59:59.98,1.5\n23:59:59.99,2.5\n00:00:00,3.5\n");
+    assert_log(&file, &["clock", "u"]);
+    assert!((file.column("clock").unwrap()[2] - 0.02).abs() < 1e-9);
+}
+
+#[test]
+fn the_date_of_two_columns_may_be_named() {
+    let options = ReadOptions {
+        time_format: Some("%m/%d/%Y".to_owned()),
+        ..ReadOptions::default()
+    };
+    let content =
+        "Date,Time,u\n03/31/2026,11:59:59.99 PM,1.5\n04/01/2026,12:00:00 AM,2.5\n04/01/2026,12:00:00.01 AM,3.5\n";
+    let file = read_with(&options, "two_columns", content).unwrap();
+    for name in ["Date", "Time"] {
+        let time = file.time(Some(name), &["u"]).unwrap().unwrap();
+        assert!((time.clock.step - 0.01).abs() < 1e-9, "{name}");
+    }
 }

@@ -19,7 +19,7 @@ const COMMANDS: [&str; 8] = [
     "look", "prepare", "identify", "compare", "report", "export", "joint", "regress",
 ];
 /// Their options that name no file.
-const OPTIONS: [&str; 38] = [
+const OPTIONS: [&str; 39] = [
     "input",
     "output",
     "structure",
@@ -36,6 +36,7 @@ const OPTIONS: [&str; 38] = [
     "header",
     "skip-lines",
     "time-format",
+    "missing-text",
     "keep",
     "cut",
     "resample",

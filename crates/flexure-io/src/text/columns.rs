@@ -4,15 +4,22 @@ use super::stamps::{self, Part, Stamps};
 use crate::error::LineProblem;
 use crate::options::{Decimal, ReadOptions};
 use crate::record_file::Unusable;
+use crate::time::is_time;
 
 /// Characters of a bad field that a message quotes.
 const QUOTED_CHARACTERS: usize = 40;
 
 /// Texts that mean a missing sample, in addition to an empty field, as pandas, R and spreadsheets write them.
-pub(super) const MISSING: [&str; 20] = [
+pub(super) const MISSING: [&str; 23] = [
     "nan", "NaN", "NAN", "-nan", "-NaN", "NA", "<NA>", "NaT", "N/A", "n/a", "null", "NULL", "None", "-", "--", "---",
-    "#N/A", "#DIV/0!", "#VALUE!", "#NUM!",
+    "#N/A", "#NV", "#DIV/0!", "#VALUE!", "#NUM!", "1.#QNAN", "-1.#IND",
 ];
+
+/// Seconds in a day.
+const DAY: f64 = 86_400.0;
+
+/// The most texts in a column of numbers that may all stand for missing samples. Convention.
+const MOST_TEXTS: usize = 5;
 
 /// Words for the two states of a switch: off and on, in lower case. They are 0 and 1.
 const SWITCHES: [[&str; 2]; 3] = [["false", "true"], ["off", "on"], ["no", "yes"]];
@@ -144,8 +151,8 @@ fn groups_thousands(field: &str) -> bool {
 }
 
 /// Whether `field` stands for a sample that is missing.
-pub(super) fn is_missing(field: &str) -> bool {
-    field.is_empty() || MISSING.contains(&field)
+pub(super) fn is_missing(field: &str, options: &ReadOptions) -> bool {
+    field.is_empty() || MISSING.contains(&field) || options.missing_texts.iter().any(|text| text == field)
 }
 
 /// The number in `field`, with either decimal sign.
@@ -162,7 +169,7 @@ pub(super) fn has_unit(field: &str, options: &ReadOptions) -> bool {
 
 /// Whether `field` is a number, a time stamp, or missing: anything but a text.
 pub(super) fn is_readable(field: &str, options: &ReadOptions) -> bool {
-    is_missing(field)
+    is_missing(field, options)
         || readable_number(field, options).is_some()
         || Switch::of(field).is_some()
         || Stamps::of(field, options.time_format.as_deref()).is_some()
@@ -178,11 +185,16 @@ struct Switch(&'static [&'static str; 2]);
 impl Switch {
     /// The switch that has this word.
     fn of(field: &str) -> Option<Switch> {
-        SWITCHES.iter().map(Switch).find(|switch| switch.state(field).is_some())
+        SWITCHES
+            .iter()
+            .map(Switch)
+            .find(|switch| switch.state(field, &mut [false; 2]).is_some())
     }
 
-    fn state(self, field: &str) -> Option<f64> {
+    /// The state that a word means, 0 or 1, which is then `seen`.
+    fn state(self, field: &str, seen: &mut [bool; 2]) -> Option<f64> {
         let state = self.0.iter().position(|word| field.eq_ignore_ascii_case(word))?;
+        seen[state] = true;
         Some(state as f64)
     }
 }
@@ -200,7 +212,8 @@ enum Kind<'a> {
     Numbers,
     /// Numbers, each with this unit.
     WithUnit(String),
-    Switch(Switch),
+    /// The words of a switch, and which of them occurred.
+    Switch(Switch, [bool; 2]),
     Stamps {
         format: Stamps<'a>,
         /// The first instant, in ns, and as it is written.
@@ -211,6 +224,10 @@ enum Kind<'a> {
         why: Unusable,
         /// Whether the text looks like a time stamp of another format.
         looks_like_stamp: bool,
+        /// The texts among the numbers, up to one more than [`MOST_TEXTS`].
+        texts: Vec<String>,
+        /// What the column was before this text, as long as only such texts follow: they may stand below the table.
+        before: Option<Box<(Kind<'a>, Vec<f64>)>>,
     },
 }
 
@@ -234,16 +251,38 @@ impl<'a> Column<'a> {
         numbers: &mut Numbers,
         options: &'a ReadOptions,
     ) -> Result<(), LineProblem> {
-        let value = match &self.kind {
-            Kind::Text { .. } => return Ok(()),
-            _ if is_missing(field) => Some(f64::NAN),
-            Kind::Stamps { format, first, .. } => format.nanoseconds(field).map(|t| seconds(t, *first)),
+        let value = match &mut self.kind {
+            Kind::Text { before, texts, .. } => {
+                let may_be_new = before.is_some() || (!texts.is_empty() && texts.len() <= MOST_TEXTS);
+                if may_be_new && !field.is_empty() {
+                    match is_readable(field, options) {
+                        true => *before = None,
+                        false if texts.len() <= MOST_TEXTS && !texts.iter().any(|text| text == field) => {
+                            texts.push(field.to_owned());
+                        }
+                        false => {}
+                    }
+                }
+                return Ok(());
+            }
+            _ if is_missing(field, options) => Some(f64::NAN),
+            Kind::Stamps { format, first, .. } => {
+                let (part, last) = (format.part(), self.values.last().copied());
+                let value = format.nanoseconds(field).map(|t| seconds(t, *first));
+                value.map(|value| {
+                    if part == Part::TimeOfDay {
+                        on_its_day(value, last)
+                    } else {
+                        value
+                    }
+                })
+            }
             Kind::Numbers => numbers.number(field, line)?,
             Kind::WithUnit(unit) => match before_unit(field) {
-                Some((number, own)) if own == unit => numbers.number(number, line)?,
+                Some((number, own)) if own == *unit => numbers.number(number, line)?,
                 _ => None,
             },
-            Kind::Switch(switch) => switch.state(field),
+            Kind::Switch(switch, seen) => switch.state(field, seen),
             Kind::Undecided => self.decide(field, line, numbers, options)?,
         };
         match value {
@@ -263,8 +302,16 @@ impl<'a> Column<'a> {
                     },
                 };
                 let looks_like_stamp = is_first && stamps::look_like(field);
-                self.kind = Kind::Text { why, looks_like_stamp };
-                self.values = Vec::new();
+                let of_numbers = (
+                    std::mem::replace(&mut self.kind, Kind::Undecided),
+                    std::mem::take(&mut self.values),
+                );
+                self.kind = Kind::Text {
+                    texts: if is_first { Vec::new() } else { vec![field.to_owned()] },
+                    why,
+                    looks_like_stamp,
+                    before: (!is_first).then(|| Box::new(of_numbers)),
+                };
             }
         }
         Ok(())
@@ -288,8 +335,10 @@ impl<'a> Column<'a> {
             return Ok(Some(0.0));
         }
         if let Some(switch) = Switch::of(field) {
-            self.kind = Kind::Switch(switch);
-            return Ok(switch.state(field));
+            let mut seen = [false; 2];
+            let state = switch.state(field, &mut seen);
+            self.kind = Kind::Switch(switch, seen);
+            return Ok(state);
         }
         let Some((number, unit)) = before_unit(field) else {
             return Ok(None);
@@ -309,12 +358,53 @@ impl<'a> Column<'a> {
         }
     }
 
-    /// The words for 0 and 1.
-    pub(super) fn switch(&self) -> Option<&'static [&'static str; 2]> {
+    /// A sentence on the words of a switch.
+    pub(super) fn words(&self) -> Option<String> {
+        let name = &self.name;
         match self.kind {
-            Kind::Switch(Switch(words)) => Some(words),
+            Kind::Switch(Switch([off, on]), [true, true]) => Some(format!(
+                "column '{name}' has the words {off} and {on}; they are taken as 0 and 1"
+            )),
+            Kind::Switch(Switch(words), seen) => {
+                let state = usize::from(seen[1]);
+                Some(format!(
+                    "column '{name}' has the word {}; it is taken as {state}",
+                    words[state]
+                ))
+            }
             _ => None,
         }
+    }
+
+    /// The texts among a column's numbers, if they are few.
+    pub(super) fn texts(&self) -> &[String] {
+        match &self.kind {
+            Kind::Text { texts, .. } if texts.len() <= MOST_TEXTS => texts,
+            _ => &[],
+        }
+    }
+
+    /// The number of samples before the texts with which the column ends, where it has such texts.
+    pub(super) fn ends_before(&self) -> Option<usize> {
+        match &self.kind {
+            Kind::Text { before, .. } => before.as_ref().map(|before| before.1.len()),
+            // An instant that is missing at the end belongs to no sample.
+            _ if self.part().is_some() || is_time(&self.name) => {
+                let known = self.values.iter().rposition(|t| t.is_finite())? + 1;
+                (known < self.values.len()).then_some(known)
+            }
+            _ => None,
+        }
+    }
+
+    /// Keeps the first samples, before any text with which the column ends.
+    pub(super) fn truncate(&mut self, samples: usize) {
+        if let Kind::Text { before, .. } = &mut self.kind
+            && let Some(before) = before.take_if(|before| before.1.len() >= samples)
+        {
+            (self.kind, self.values) = *before;
+        }
+        self.values.truncate(samples);
     }
 
     /// Why the column cannot serve as a signal, if so.
@@ -350,6 +440,10 @@ impl<'a> Column<'a> {
     /// Times of day become time stamps by the dates of another column.
     pub(super) fn add_dates(&mut self, dates: &Column) {
         if let (Kind::Stamps { first, text, .. }, Some((first_date, date))) = (&mut self.kind, dates.origin()) {
+            // The dates say the day.
+            let start = *first as f64 / 1e9;
+            let times = self.values.iter_mut();
+            times.for_each(|time| *time = (start + *time).rem_euclid(DAY) - start);
             *first += first_date;
             *text = format!("{date} {text}");
             self.values
@@ -370,6 +464,14 @@ impl<'a> Column<'a> {
 
 fn seconds(instant: i64, first: i64) -> f64 {
     (instant - first) as f64 / 1e9
+}
+
+/// A time of day on the day that is nearest to the sample before: logs pass midnight.
+fn on_its_day(value: f64, last: Option<f64>) -> f64 {
+    match last.filter(|last| last.is_finite()) {
+        Some(last) => value + DAY * ((last - value) / DAY).round(),
+        None => value,
+    }
 }
 
 pub(super) fn shorten(text: &str) -> String {

@@ -22,6 +22,9 @@ const LINES: usize = 20;
 const SEARCHED_LINES: usize = 100;
 const TABLE_LINES: usize = 3;
 
+/// The most fields with content in a line above a table that is padded to its width.
+const PADDED: usize = 2;
+
 /// The most lines of a header and units.
 const HEADINGS: usize = 2;
 
@@ -169,6 +172,18 @@ impl Layout {
         self.notes.push(note);
     }
 
+    /// Notes lines that are left out, and what such a line and such lines are.
+    pub(super) fn note_left_out(&mut self, lines: &[u64], is: &str, are: &str) {
+        match lines {
+            [] => {}
+            [line] => self.note(format!("line {line} {is} and is left out")),
+            [first, ..] => self.note(format!(
+                "{} lines {are} and are left out, the first of them line {first}",
+                lines.len()
+            )),
+        }
+    }
+
     /// Names and units from the header.
     fn names(&mut self, rows: &[Vec<String>], options: &ReadOptions) -> Result<(), LineProblem> {
         let mut sharing: HashMap<String, usize> = HashMap::new();
@@ -249,13 +264,20 @@ fn table_below(head: &[u8], options: &ReadOptions) -> Option<TableBelow> {
     let found = SEPARATORS.map(Some).into_iter().chain([None]).filter_map(|separator| {
         let rows = rows(&lines, separator);
         let last = rows.last().filter(|_| rows.len() == lines.len())?;
-        let others = rows.iter().rposition(|row| row.len() != last.len())?;
         let is_number =
             |field: &String| columns::readable_number(field, options).is_some() || columns::has_unit(field, options);
         let numbers: Vec<usize> = (0..last.len()).filter(|&i| is_number(&last[i])).collect();
         let is_readable = |field: &String| is_number(field) || columns::is_readable(field, options);
         let is_sample = |row: &Vec<String>| numbers.iter().all(|&i| is_readable(&row[i]));
         let is_heading = |row: &Vec<String>| numbers.iter().all(|&i| !is_readable(&row[i]));
+        let filled = |row: &Vec<String>| row.iter().rposition(|field| !field.is_empty()).map_or(0, |i| i + 1);
+        // A spreadsheet pads the lines above its table.
+        let is_short = |row: &Vec<String>| filled(row) <= PADDED && filled(row) + 1 < last.len();
+        let has_numbers = |row: &Vec<String>| numbers.iter().any(|&i| is_number(&row[i]));
+        let is_padded = |row: &&Vec<String>| row.len() == last.len() && is_short(row) && !has_numbers(row);
+        let padded = rows.iter().take_while(is_padded).count();
+        let others = rows.iter().rposition(|row| row.len() != last.len());
+        let others = others.max(padded.checked_sub(1))?;
         let block = &rows[others + 1..];
         let samples = block.iter().rposition(|row| !is_sample(row)).map_or(0, |i| i + 1);
         let headings = block[..samples]
@@ -264,9 +286,9 @@ fn table_below(head: &[u8], options: &ReadOptions) -> Option<TableBelow> {
             .take(HEADINGS)
             .take_while(|row| is_heading(row))
             .count();
-        let has_lines_before = rows[0].len() != last.len() && block.len() - samples + headings >= TABLE_LINES;
+        let has_lines_before =
+            (padded > 0 || rows[0].len() != last.len()) && block.len() - samples + headings >= TABLE_LINES;
         let first = others + 1 + samples - headings;
-        let filled = |row: &Vec<String>| row.iter().rposition(|field| !field.is_empty()).map_or(0, |i| i + 1);
         let table = || TableBelow {
             line: lines[first].number,
             is_sure: headings > 0 && rows[..first].iter().all(|row| filled(row) < last.len()),
@@ -347,7 +369,7 @@ fn has_header(rows: &[Vec<String>], options: &ReadOptions) -> Result<bool, LineP
         return Ok(true);
     }
     // A text above a number can only be a name.
-    let is_number = |field: &String| readable(field) && !columns::is_missing(field);
+    let is_number = |field: &String| readable(field) && !columns::is_missing(field, options);
     let above_number =
         |(i, field): (usize, &String)| is_text(field) && rows[1..].iter().any(|row| row.get(i).is_some_and(is_number));
     if first.iter().enumerate().any(above_number) {

@@ -3,6 +3,7 @@
 //! [`layout`] decides from the first lines how columns are separated and what their names are. Then every line is read once, and every
 //! column becomes numbers, seconds of time stamps, or a column that is no signal.
 
+mod below;
 mod columns;
 mod layout;
 mod lines;
@@ -19,6 +20,7 @@ use crate::model::FORMAT as MODEL;
 use crate::options::ReadOptions;
 use crate::record_file::{Other, RecordFile, SampleLines};
 use crate::time::is_time;
+use below::Below;
 use columns::{Column, Numbers};
 pub(crate) use layout::INDEX;
 use layout::{Layout, SEPARATORS};
@@ -66,7 +68,7 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
     }
     check_head(&head).map_err(|problem| at((1, problem)))?;
     budget.take(COLUMN * fields(&head), "the list of columns")?;
-    let layout = layout(&head, path, options, at)?;
+    let mut layout = layout(&head, path, options, at)?;
     // In a table of one column, a blank line may be a missing sample.
     let heading = match layout.names.len() {
         0 | 1 => 0,
@@ -79,26 +81,49 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
     let mut numbers = Numbers::new(options.decimal);
     let mut rows = table(lines, layout.separator.unwrap_or(b'\t'));
     let mut row = csv::ByteRecord::new();
-    let mut count = 0;
+    let (mut headings, mut repeated): (Vec<csv::ByteRecord>, Vec<u64>) = (Vec::new(), Vec::new());
+    let mut remarks = Vec::new();
+    let mut samples = 0;
+    let mut below = Below::default();
     while rows.read_byte_record(&mut row).map_err(|error| fail(error.into()))? {
         budget.numbers(columns.len(), "the table")?;
         // Counted back from the end of the row, since empty lines may precede it.
         let line = rows.position().line() - 1;
-        if count >= layout.heading_lines {
-            sample_lines.note(count - layout.heading_lines, line);
-            read_row(&row, line, &mut columns, &mut numbers, options)
-                .map_err(|problem| at((line, problem.before_table(layout.table))))?;
+        if headings.len() < layout.heading_lines {
+            headings.push(row.clone());
+            continue;
         }
-        count += 1;
+        if headings.contains(&row) {
+            repeated.push(line);
+            continue;
+        }
+        match read_row(&row, line, &mut columns, &mut numbers, options) {
+            Ok(()) => {
+                sample_lines.note(samples, line);
+                samples += 1;
+            }
+            Err(LineProblem::Ragged { found: 1, .. }) if is_remark(&row, options) => remarks.push(line),
+            Err(problem) => {
+                let problem = (line, problem.before_table(layout.table));
+                below.add(samples, problem).map_err(at)?;
+            }
+        }
     }
     if let Some(stopped) = rows.get_ref().stopped() {
         return Err(at(stopped));
     }
-    if let Some(line) = rows.get_ref().gap() {
-        return Err(at((line, LineProblem::Blank)));
+    let last_line = rows.position().line() - 1;
+    let left_out = below.cut(&mut columns, samples, &sample_lines, last_line).map_err(at)?;
+    let kept = columns.iter().map(|column| column.values.len()).max();
+    let end = kept.and_then(|kept| sample_lines.get(kept.checked_sub(1)?));
+    if let Some(blank) = rows.get_ref().gap().filter(|blank| end.is_some_and(|end| end > *blank)) {
+        return Err(at((blank, LineProblem::Blank)));
     }
+    layout.note_left_out(&repeated, "repeats the header", "repeat the header");
+    layout.note_left_out(&remarks, "is text without a number", "are text without a number");
+    layout.notes.extend(left_out);
     let decimals = numbers.conclude().map_err(at)?;
-    if count <= layout.heading_lines {
+    if samples == 0 {
         return Err(Error::NoSamples {
             path: path.to_owned(),
             names: layout.names,
@@ -165,6 +190,12 @@ fn layout(head: &[u8], path: &Path, options: &ReadOptions, at: impl Fn((u64, Lin
         })
 }
 
+/// Whether a row of one field is a text, such as `*** logger restarted ***`.
+fn is_remark(row: &csv::ByteRecord, options: &ReadOptions) -> bool {
+    let field = layout::text_of(content(row.get(0).unwrap_or_default()));
+    !field.is_empty() && !columns::is_readable(&field, options)
+}
+
 /// An upper limit of the number of fields in the first line.
 fn fields(head: &[u8]) -> u64 {
     let line = head.split(|&byte| byte == b'\n').next().unwrap_or_default();
@@ -219,8 +250,8 @@ fn read_row<'a>(
 }
 
 /// Dates and times of day in two columns become time stamps in the column of the times; the other column is taken away. If there are
-/// other time stamps besides, all columns stay. Returns a sentence on it.
-fn join_dates(columns: &mut Vec<Column>, units: &mut Vec<Option<String>>) -> Option<String> {
+/// other time stamps besides, all columns stay. Returns the name of that column and a sentence on it.
+fn join_dates(columns: &mut Vec<Column>, units: &mut Vec<Option<String>>) -> Option<(String, String)> {
     let stamps: Vec<usize> = (0..columns.len()).filter(|&i| columns[i].part().is_some()).collect();
     let [a, b] = stamps[..] else { return None };
     let (date, time) = match (columns[a].part(), columns[b].part()) {
@@ -232,10 +263,11 @@ fn join_dates(columns: &mut Vec<Column>, units: &mut Vec<Option<String>>) -> Opt
     units.remove(date);
     let dates = columns.remove(date);
     columns[time].add_dates(&dates);
-    Some(format!(
+    let note = format!(
         "columns '{}' and '{}' are together a date and a time",
         dates.name, columns[time].name
-    ))
+    );
+    Some((dates.name, note))
 }
 
 /// The record of the columns that are signals, and what the others are.
@@ -245,9 +277,16 @@ fn assemble(path: &Path, mut layout: Layout, mut columns: Vec<Column>, options: 
     let mut units = Vec::new();
     let (mut origins, mut others, mut stamps) = (Vec::new(), Vec::new(), Vec::new());
     let mut notes = layout.notes;
+    let mut texts: Vec<String> = Vec::new();
+    let (date, joined) = joined.unzip();
     notes.extend(joined);
     for (column, unit) in columns.into_iter().zip(layout.units) {
         if let Some(why) = column.unusable() {
+            for text in column.texts() {
+                if !texts.contains(text) {
+                    texts.push(text.clone());
+                }
+            }
             if column.looks_like_stamps() || is_time(&column.name) {
                 stamps.push(others.len());
             }
@@ -261,10 +300,7 @@ fn assemble(path: &Path, mut layout: Layout, mut columns: Vec<Column>, options: 
                 column.name
             )
         });
-        notes.extend(column.switch().map(|[off, on]| {
-            let name = &column.name;
-            format!("column '{name}' has the words {off} and {on}; they are taken as 0 and 1")
-        }));
+        notes.extend(column.words());
         units.push(match stamps.is_some() {
             true => Some("s".to_owned()),
             false => unit.or(column.unit().map(str::to_owned)),
@@ -287,8 +323,10 @@ fn assemble(path: &Path, mut layout: Layout, mut columns: Vec<Column>, options: 
     Ok(RecordFile {
         units,
         notes,
+        dates: date.zip(origins.first().map(|(name, _)| name.clone())),
         origins,
         others,
+        texts,
         ..RecordFile::new(record, path)
     })
 }
@@ -313,7 +351,9 @@ pub(crate) fn left_out(others: &[Other], stamps: &[usize]) -> Option<String> {
     };
     let reason = format!("{which}: {first}");
     let remedy = match instants.is_some() && first.is_text() {
-        true => " (--time-format says how time stamps are written, as in \"%d.%m.%Y %H:%M:%S%.f\")",
+        true => {
+            " (--time-format says how time stamps or dates are written, as in \"%d.%m.%Y %H:%M:%S%.f\" or \"%m/%d/%Y\")"
+        }
         false => "",
     };
     Some(reason + remedy)

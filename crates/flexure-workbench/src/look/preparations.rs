@@ -59,7 +59,8 @@ pub(super) fn even_spacing(
 ) -> Suggestion {
     let samples = (look.time).map_or(0, |i| look.columns[i].samples + look.columns[i].missing);
     let stretch = longest_stretch(clock, samples);
-    let cuts = stretch.len() < samples && !loses_few(clock);
+    let repeats = has_repeated_rows_only(look, file, clock);
+    let cuts = stretch.len() < samples && !(loses_few(clock) && (clock.backwards.is_empty() || repeats));
     let wild: Vec<&Column> = with_outliers(look).into_iter().filter(|c| are_wild(c, file)).collect();
     let (part, outliers) = (format!("{}:{}", stretch.start, stretch.end), joined(&wild));
     let mut options: Vec<&str> = Vec::new();
@@ -73,6 +74,9 @@ pub(super) fn even_spacing(
     options.extend(resampling.iter().map(String::as_str));
     options.extend(["-o", "prepared.csv"]);
     let why = match clock.jitter > Clock::UNIFORM || !clock.backwards.is_empty() {
+        true if !clock.backwards.is_empty() && !cuts => {
+            "Rows are there twice, and every identification needs evenly spaced samples."
+        }
         true => "The samples are not evenly spaced, which every identification needs.",
         false => "Samples are lost, and every identification needs all of them, evenly spaced.",
     };
@@ -108,7 +112,13 @@ fn longest_stretch(clock: &Clock, samples: usize) -> Range<usize> {
 /// Whether so few samples are lost in each gap that they are interpolated.
 fn loses_few(clock: &Clock) -> bool {
     let is_short = |steps: f64| steps <= LONGEST_FILLED as f64 + 1.0;
-    clock.backwards.is_empty() && clock.gaps.iter().all(|gap| is_short(gap.steps))
+    clock.gaps.iter().all(|gap| is_short(gap.steps))
+}
+
+/// Whether all samples at which time does not increase have the instant of the sample before: rows that are there twice.
+fn has_repeated_rows_only(look: &Look, file: &RecordFile, clock: &Clock) -> bool {
+    let instants = look.time.and_then(|i| file.record.column(&look.columns[i].name).ok());
+    instants.is_some_and(|t| clock.backwards.iter().all(|&i| t[i] == t[i - 1]))
 }
 
 /// The options that resample; none where the part that is kept is evenly spaced.

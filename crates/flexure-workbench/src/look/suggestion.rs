@@ -81,6 +81,17 @@ impl Suggestion {
     }
 }
 
+/// A second look, with the texts among the numbers taken for missing samples.
+fn reading_again(file: &RecordFile) -> Option<Suggestion> {
+    let texts = file.unread_texts();
+    if texts.is_empty() || texts.iter().any(|text| text.contains(',')) {
+        return None;
+    }
+    let (joined, named) = (texts.join(","), quoted(texts.iter().map(String::as_str)));
+    let why = format!("Columns of numbers have {named} in some rows. This takes that for missing samples.");
+    Some(Suggestion::new("look", &["--missing-text", &joined], why))
+}
+
 /// The inputs and the output that an identification would take.
 pub(super) struct Signals {
     pub inputs: Vec<usize>,
@@ -98,6 +109,9 @@ pub(super) fn suggestion(
     look: &Look,
     sample_time: Option<f64>,
 ) -> (Option<Suggestion>, Option<Failure>) {
+    if let Some(again) = reading_again(file) {
+        return (Some(again), None);
+    }
     let signals = signals(request, look);
     let held = signals.as_ref().map(|s| s.inputs.clone()).unwrap_or_default();
     let suggestion = match joint::suggestion(file, request, look, sample_time) {
