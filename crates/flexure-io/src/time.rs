@@ -5,7 +5,6 @@ use flexure::record::SampleClock;
 
 use crate::error::{Error, Result};
 use crate::record_file::RecordFile;
-use crate::text::INDEX;
 use crate::units::split_unit;
 use flexure::text::visible;
 
@@ -28,6 +27,9 @@ const NAMES: [&str; 15] = [
     "tid",
     "tijd",
 ];
+
+/// The name for a column without a name that counts the rows, as pandas writes its index.
+pub(crate) const INDEX: &str = "index";
 
 /// Units of time, in s.
 const UNITS: [(&[&str], f64); 6] = [

@@ -172,7 +172,7 @@ pub(crate) fn text<'a>(page: &'a Page, payload: &Payload<'_>) -> Text<'a> {
             fit: number(page.prediction.fit_percent, 4),
             rms: number(page.prediction.rms, 4),
             unit: unit(&page.prediction.y_label),
-            samples: count(page.prediction.measured.len()),
+            samples: count(page.prediction.measured.iter().filter(|y| y.is_finite()).count()),
             bucket: plot.time.bucket,
         }),
         residuals: residuals(&page.residuals),

@@ -6,10 +6,11 @@ use std::str::FromStr;
 use anyhow::{Result, bail};
 use flexure::text::shown_path;
 use flexure_io::RecordFile;
-use flexure_workbench::joints::{AxisLog, Log};
+use flexure_workbench::joints::{AxisLog, Log, in_unit};
 
 use super::Arguments;
 use crate::arguments::Usage;
+use crate::output::print_note;
 
 /// A number, or the name of one in the record.
 #[derive(Debug, Clone, PartialEq)]
@@ -179,18 +180,35 @@ impl Columns {
             );
         };
         let constant = arguments.torque_on_link(file)?;
-        let scaled =
-            |name: &String, by: f64| -> Result<Vec<f64>> { Ok(file.finite(name)?.iter().map(|v| v * by).collect()) };
+        // The gains of a position loop are those of the units in the file.
+        let converts = arguments.reference.is_none();
+        let scaled = |name: &String, unit: &str, by: f64| -> Result<Vec<f64>> {
+            let (samples, own) = match converts {
+                true => in_unit(file, name, unit)?,
+                false => (file.finite(name)?.to_vec(), None),
+            };
+            if let Some(own) = own {
+                print_note(&format!(
+                    "note: {}: '{name}' is converted from {own} to {unit}",
+                    file.name()
+                ));
+            }
+            Ok(samples.iter().map(|v| v * by).collect())
+        };
+        let [angle, rate, effort] = match arguments.prismatic {
+            true => ["m", "m/s", "N"],
+            false => ["rad", "rad/s", "Nm"],
+        };
         let before_gear = 1.0 / arguments.gear_ratio;
         let position_by = if self.at_motor { before_gear } else { 1.0 };
         let mut axes = Vec::new();
         for i in 0..self.joints() {
             let motor = self.motor.get(i);
             axes.push(AxisLog {
-                torque: scaled(&self.torque[i], constant)?,
-                position: scaled(&self.position[i], position_by)?,
-                motor: motor.map(|name| scaled(name, before_gear)).transpose()?,
-                velocity: self.velocity.as_ref().map(|name| scaled(name, 1.0)).transpose()?,
+                torque: scaled(&self.torque[i], effort, constant)?,
+                position: scaled(&self.position[i], angle, position_by)?,
+                motor: motor.map(|name| scaled(name, angle, before_gear)).transpose()?,
+                velocity: self.velocity.as_ref().map(|name| scaled(name, rate, 1.0)).transpose()?,
             });
         }
         Ok(Log {

@@ -13,6 +13,7 @@ use super::columns;
 use super::lines::Lines;
 use crate::error::LineProblem;
 use crate::options::ReadOptions;
+use crate::time::INDEX;
 use crate::units::split_unit;
 
 /// The number of lines that decide the layout.
@@ -34,9 +35,6 @@ pub(super) const SEPARATORS: [u8; 4] = [b',', b';', b'\t', b'|'];
 /// The first bytes of a packed file, such as a workbook, and of a workbook before 2007.
 const PACKED: &[u8] = b"PK\x03\x04";
 const OLD_WORKBOOK: &[u8] = b"\xd0\xcf\x11\xe0";
-
-/// The name for a column without a name that counts the rows, as pandas writes its index.
-pub(crate) const INDEX: &str = "index";
 
 /// How the lines of a file are laid out.
 #[derive(Debug, Clone, PartialEq)]

@@ -22,7 +22,6 @@ use crate::record_file::{Other, RecordFile, SampleLines};
 use crate::time::is_time;
 use below::Below;
 use columns::{Column, Numbers};
-pub(crate) use layout::INDEX;
 use layout::{Layout, SEPARATORS};
 use lines::Lines;
 use stamps::Part;

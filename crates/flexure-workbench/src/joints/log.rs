@@ -4,8 +4,25 @@ use std::collections::BTreeMap;
 
 use anyhow::{Result, bail};
 use flexure::Error;
+use flexure_io::RecordFile;
 
 use crate::Spelling;
+use crate::preparation::conversion;
+
+/// The samples of a column, which must be finite, in `unit`; and the unit of the file where they had to be converted from another one of the
+/// same quantity.
+///
+/// # Errors
+/// As [`RecordFile::finite`].
+pub fn in_unit<'a>(file: &'a RecordFile, column: &str, unit: &str) -> flexure_io::Result<(Vec<f64>, Option<&'a str>)> {
+    let samples = file.finite(column)?;
+    let own = file.unit(file.meant(column));
+    let convert = own.and_then(|own| Some((own, conversion(own, unit).ok()?)));
+    Ok(match convert.filter(|(_, convert)| convert(1.0) != 1.0) {
+        Some((own, convert)) => (samples.iter().map(|v| convert(*v)).collect(), Some(own)),
+        None => (samples.to_vec(), None),
+    })
+}
 
 /// The log of the axes that move.
 pub struct Log {

@@ -208,6 +208,9 @@ pub fn lack_text(form: &Fitted) -> String {
     let p = unbroken(&p_value(lack.p_value));
     match is_refuted(form) {
         true => format!("{distance} from the free curve, refuted ({p})"),
+        false if lack.p_value < SMALL => {
+            format!("{distance} from the free curve, not refuted ({p}, level {REFUTED:e})")
+        }
         false => format!("{distance} from the free curve, not refuted ({p})"),
     }
 }
@@ -395,6 +398,8 @@ impl<'a> Outcome<'a> {
 
 /// A fit below this, in percent, means that the simulated motion has run away.
 const RUN_AWAY: f64 = -1000.0;
+/// Probabilities below this seem to refute at a usual level: the level of the test is then named.
+const SMALL: f64 = 0.05;
 /// A fit below this, in percent, is poor: the error is a fifth of the measured motion's spread. Convention.
 const POOR: f64 = 80.0;
 

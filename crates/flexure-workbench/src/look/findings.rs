@@ -15,8 +15,8 @@ const SLOW: f64 = 0.02;
 /// Steps in a column's standard deviation below which its grid is coarse. Convention: the rounding then is a tenth of it or more.
 const COARSE: f64 = 3.0;
 
-/// With more steps of rounding in its range, a column's rounding is not reported: those of a converter of 16 bits.
-const FINE: f64 = 65536.0;
+/// With more steps of rounding in its range, a column's rounding is not reported: it hides behind any noise. Convention.
+const FINE: f64 = 5000.0;
 /// Deviation of a factor from 1 up to which two columns are nearly the same. Convention.
 const SAME_FACTOR: f64 = 1e-3;
 
@@ -168,7 +168,7 @@ impl List<'_> {
         }
         if let Some(q) = column.quantisation.filter(|q| q.steps <= FINE) {
             let text = format!(
-                "'{name}' is rounded to steps of {}, {} in its range.",
+                "'{name}' is rounded to steps of {}: its range has {}.",
                 number(q.step),
                 short(q.steps)
             );

@@ -12,7 +12,7 @@ use flexure_io::RecordFile;
 use super::Request;
 use super::roles::{Role, is_force_constant, is_neutral, is_prismatic, is_torque, is_torque_constant, role};
 use super::suggestion::Suggestion;
-use crate::joints::{AxisLog, Log, Settings, identify};
+use crate::joints::{AxisLog, Log, Settings, identify, in_unit};
 use crate::text::quoted;
 
 /// Of this number of samples of all axes, in the middle, the suggested identification is tried. Convention: it takes a few seconds.
@@ -144,14 +144,20 @@ fn trial(
     sample_time: f64,
 ) -> Result<(), Failure> {
     let constant = command.constant.map_or(1.0, |(_, value)| value);
-    let column = |name: &str, by: f64| -> anyhow::Result<Vec<f64>> {
-        Ok(file.finite(name)?[part.clone()].iter().map(|v| v * by).collect())
+    let [angle, effort] = if command.is_prismatic() {
+        ["m", "N"]
+    } else {
+        ["rad", "Nm"]
+    };
+    let column = |name: &str, unit: &str, by: f64| -> anyhow::Result<Vec<f64>> {
+        let (samples, _) = in_unit(file, name, unit)?;
+        Ok(samples[part.clone()].iter().map(|v| v * by).collect())
     };
     let axis = |joint: &Joint| {
         anyhow::Ok(AxisLog {
-            torque: column(joint.torque, constant)?,
-            position: column(joint.position, 1.0)?,
-            motor: joint.motor.map(|motor| column(motor, 1.0)).transpose()?,
+            torque: column(joint.torque, effort, constant)?,
+            position: column(joint.position, angle, 1.0)?,
+            motor: joint.motor.map(|motor| column(motor, angle, 1.0)).transpose()?,
             velocity: None,
         })
     };

@@ -90,6 +90,10 @@ pub(super) fn even_spacing(
             "This keeps the longest part without a gap: {} of {samples} samples.",
             stretch.len()
         )),
+        false if clock.gaps.is_empty() && clock.backwards.is_empty() => notes.push(format!(
+            "If only the stamps jitter, and the samples are evenly spaced, say --sample-time {0} in place of --resample {0}.",
+            plain(sample_time)
+        )),
         false if !clock.gaps.is_empty() => {
             let lost = clock.gaps.iter().map(|gap| (gap.steps - 1.0).round().max(1.0) as usize);
             notes.push(format!("This interpolates {}.", counted(lost.sum(), "lost sample")));

@@ -75,7 +75,7 @@ impl Identified {
     }
 
     /// A text with the output's unit, if that is known, in place of the words for it.
-    fn in_unit(&self, text: String) -> String {
+    pub(super) fn in_unit(&self, text: String) -> String {
         match self.labels.unit(&self.result.output) {
             "" => text,
             unit => text.replace("in the output's unit", unit),

@@ -34,7 +34,7 @@ pub(super) fn facts(identified: &Identified) -> Vec<Fact> {
     }
     let shown = result.details.iter().filter_map(|d| d.shown.as_ref());
     let own = shown.filter(|s| matches!(s.place, Place::Fact | Place::PageFact));
-    facts.extend(own.map(|s| Fact::new(&s.title, s.text.clone(), &s.note)));
+    facts.extend(own.map(|s| Fact::new(&s.title, identified.in_unit(s.text.clone()), &s.note)));
     facts.push(samples_fact(identified));
     facts
 }
@@ -51,7 +51,7 @@ fn fit_facts(identified: &Identified) -> Vec<Fact> {
         Fact::new(
             "Fit on fresh data",
             format!("{:.1} %", measures.fit_percent),
-            "100 (1 - |y - ŷ| / |y - mean y|) of the free-run simulation",
+            "100 (1 - ‖y - ŷ‖ / ‖y - mean y‖) of the free-run simulation",
         ),
         Fact::new(
             "RMS error",

@@ -57,7 +57,7 @@ impl Identified {
         let result = &self.result;
         let record = &file.record;
         // The output may have samples that are missing.
-        let y = record.column(&result.output)?;
+        let y = without_outliers(record.column(&result.output)?, &result.warnings);
         let mut drawn = blocks::drawn(record, self)?;
         if let Some(truth) = decoration.truth.take() {
             let curve = &mut drawn.nonlinearity;
@@ -69,7 +69,7 @@ impl Identified {
             .iter()
             .map(|input| Ok(signal(&self.labels, input, record.finite(input)?)));
         let mut signals = inputs.collect::<Result<Vec<Signal>>>()?;
-        signals.push(signal(&self.labels, &result.output, y));
+        signals.push(signal(&self.labels, &result.output, &y));
         let sentences = [result.verdict.text()].into_iter().chain(decoration.remark);
         let title = || format!("From {} to {}", result.inputs.join(", "), result.output);
         let (above, below): (Vec<_>, Vec<_>) = (result.warnings.iter()).partition(|w| is_fundamental(w));
@@ -92,7 +92,7 @@ impl Identified {
             curves: drawn.curves,
             approximation: self.periodic.as_ref().map(Periodic::section),
             linear: drawn.linear,
-            prediction: prediction(self, file, y),
+            prediction: prediction(self, file, &y),
             residuals: residuals(&result.verdict),
             choices: choices::choices(result),
             candidates: drawn.tables.into_iter().chain(choices::tried(result)).collect(),
@@ -142,24 +142,28 @@ fn signal(labels: &Labels, column: &str, values: &[f64]) -> Signal {
     }
 }
 
-/// Measured against predicted on the fresh part.
-fn prediction(identified: &Identified, file: &RecordFile, y: &[f64]) -> Prediction {
-    let result = &identified.result;
-    let mut measured = y.to_vec();
-    // What was left out is no error of the model; it would hide the others.
-    for warning in &result.warnings {
+/// The output without the outliers that were left out: they are no errors of the model, and would hide everything else.
+fn without_outliers(y: &[f64], warnings: &[Warning]) -> Vec<f64> {
+    let mut y = y.to_vec();
+    for warning in warnings {
         if let Warning::Outliers {
             samples,
             left_out: true,
         } = warning
         {
-            samples.iter().for_each(|&t| measured[t] = f64::NAN);
+            samples.iter().for_each(|&t| y[t] = f64::NAN);
         }
     }
+    y
+}
+
+/// Measured against predicted on the fresh part.
+fn prediction(identified: &Identified, file: &RecordFile, y: &[f64]) -> Prediction {
+    let result = &identified.result;
     Prediction {
         y_label: identified.labels.of(&result.output),
         time: time_axis(file, identified.sample_time, result.fitted),
-        measured: measured.split_off(result.fitted),
+        measured: y[result.fitted..].to_vec(),
         predicted: result.predicted[result.fitted..].to_vec(),
         fit_percent: result.verdict.measures.fit_percent,
         rms: result.verdict.measures.rms,

@@ -17,15 +17,15 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement<'
         1 => name.title.to_owned(),
         _ => format!("{} equally", joined(&equal)),
     };
+    // Nothing is simpler than the first.
+    let simpler = match judgement.chosen {
+        0 => "",
+        _ => "simpler structures predict worse, and ",
+    };
     let mut all = vec![match (judgement.supported, verdict.refutation()) {
-        (true, None) => {
-            format!(
-                "The data support {supported}: simpler structures predict worse, and no residual test refutes {name}."
-            )
-        }
+        (true, None) => format!("The data support {supported}: {simpler}no residual test refutes {name}."),
         (true, Some(_)) => format!(
-            "The data support {supported}: simpler structures predict worse, and the misfit that a test sees is negligible, {} of the output's \
-             standard deviation.",
+            "The data support {supported}: {simpler}the misfit that a test sees is negligible, {} of the output's standard deviation.",
             percent(verdict.misfit())
         ),
         (false, _) if verdict.measures.fit_percent <= 0.0 => {

@@ -75,6 +75,13 @@ pub enum Finding {
         /// The ratio of the motions.
         ratio: f64,
     },
+    /// The inertia that simulates the motion is another than that of the equations.
+    OtherInertia {
+        /// That of the equations, kg m^2 (kg).
+        equations: f64,
+        /// That of the simulation.
+        simulation: f64,
+    },
     /// An angle goes through several turns.
     ManyTurns {
         /// The range from its smallest to its largest value.
@@ -99,6 +106,7 @@ impl Finding {
             Finding::SampledTooSlowly { .. } => Some("the log is sampled too slowly"),
             Finding::FastTimeConstant { .. } => Some("inertia and friction cannot be separated"),
             Finding::DifferentAngles { .. } => Some("motor and link have angles of different scales"),
+            Finding::OtherInertia { .. } => Some("the motion is simulated with another inertia"),
             Finding::ManyTurns { .. } => Some("an angle may be in degrees"),
             _ => None,
         }
@@ -160,6 +168,14 @@ impl fmt::Display for Finding {
                  inertias and stiffnesses come out too small by that",
                 tenths(span),
                 tenths(span / std::f64::consts::TAU)
+            ),
+            Finding::OtherInertia { equations, simulation } => write!(
+                f,
+                "the equations of motion give the inertia {}, and the simulation of the motion {}: the position's noise hides the \
+                 acceleration, or the instants of the samples are wrong. Where only the stamps jitter, do not resample; otherwise measure finer, \
+                 or excite faster motions",
+                number(equations),
+                number(simulation)
             ),
             Finding::NoFlexibility {
                 deflection,

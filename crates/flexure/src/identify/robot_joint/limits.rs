@@ -243,5 +243,7 @@ pub const POLISH_DIFFERENCE: f64 = 1e-3;
 /// The most Gauss-Newton steps, and the share of the mean square by which the last one lowers it.
 pub const POLISH_ROUNDS: usize = 12;
 pub const POLISH_SETTLED: f64 = 1e-3;
+/// Inertias of equations and simulation that differ by more than this share cannot both be right. Convention.
+pub const OTHER_INERTIA: f64 = 0.1;
 /// A polished form is used if it lowers the error of held-back halves by this share.
 pub const BETTER_BY: f64 = 0.05;

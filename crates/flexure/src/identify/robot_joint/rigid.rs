@@ -14,7 +14,7 @@ use super::fourier::Modulation;
 use super::free_outcome::FreeOutcome;
 use super::joint_forms::FreeCurve;
 use super::joint_signals::of_inertia;
-use super::limits::{HIGHEST_RIGID, NOISE_ROUNDS, RESOLVED, SAMPLES_A_CONSTANT};
+use super::limits::{HIGHEST_RIGID, NOISE_ROUNDS, OTHER_INERTIA, RESOLVED, SAMPLES_A_CONSTANT};
 use super::motion::modulation;
 use super::outcome::{Estimated, Parameter, RigidAxis};
 use super::smooth::{Noise, Reflected};
@@ -103,6 +103,15 @@ impl RigidJoint<'_> {
         });
         let mut axis = axis?.distrusted();
         axis.polished = axis.polish(self.torque, self.position);
+        let simulation = axis
+            .polished
+            .as_ref()
+            .filter(|p| p.is_used)
+            .map(|p| p.form.inertia.value);
+        let equations = axis.friction.best().inertia.value;
+        let other = simulation.filter(|simulation| (simulation / equations - 1.0).abs() > OTHER_INERTIA);
+        let finding = |simulation| Finding::OtherInertia { equations, simulation };
+        axis.findings.extend(other.map(finding));
         Ok(axis)
     }
 
