@@ -111,11 +111,40 @@ fn split(name: &str) -> (String, &str) {
     (base.to_lowercase().replace(['_', ' ', '-', '.'], ""), number)
 }
 
+/// What a name may say besides, before or after the quantity: that it was measured, or commanded. In lower case.
+const MEASURED: [&str; 7] = ["act", "actual", "meas", "measured", "fb", "feedback", "ist"];
+const COMMANDED: [&str; 8] = ["ref", "cmd", "command", "set", "soll", "des", "desired", "target"];
+
 /// The meaning of a name, and the number at its end: the number of the joint.
 pub fn role(name: &str) -> Option<(Role, &str)> {
+    plain_role(name).or_else(|| {
+        let (quantity, is_commanded) = unqualified(name)?;
+        let (role, number) = plain_role(quantity)?;
+        Some(match role {
+            Role::Position | Role::MotorPosition | Role::Velocity if is_commanded => (Role::Reference, number),
+            _ => (role, number),
+        })
+    })
+}
+
+/// The meaning of a name without words for measured and commanded values.
+fn plain_role(name: &str) -> Option<(Role, &str)> {
     let (base, number) = split(name);
     let found = NAMES.iter().find(|(_, names)| names.contains(&base.as_str()));
     found.map(|(role, _)| (*role, number))
+}
+
+/// The part of a name such as `q_act` that says the quantity, and whether the other part says that it was commanded.
+fn unqualified(name: &str) -> Option<(&str, bool)> {
+    let separators = ['_', ' ', '-', '.'];
+    let (first, rest) = name.split_once(separators)?;
+    let (start, last) = name.rsplit_once(separators)?;
+    let with = |words: &[&str]| {
+        let says = |word: &str| words.contains(&word.to_lowercase().as_str());
+        says(last).then_some(start).or(says(first).then_some(rest))
+    };
+    let measured = with(&MEASURED).map(|quantity| (quantity, false));
+    measured.or_else(|| with(&COMMANDED).map(|quantity| (quantity, true)))
 }
 
 /// Whether a name says nothing of the quantity: `c0`, `ch1`, `u`.
@@ -128,7 +157,8 @@ pub fn is_neutral(name: &str) -> bool {
 
 /// Whether a name says that the column is a torque, and not only a signal that may drive one.
 pub fn is_torque(name: &str) -> bool {
-    ["tau", "torque", "motortorque"].contains(&split(name).0.as_str())
+    let quantity = unqualified(name).map_or(name, |(quantity, _)| quantity);
+    ["tau", "torque", "motortorque"].contains(&split(quantity).0.as_str())
 }
 
 /// Whether a constant's name says that it is the torque for each unit of a torque column.
@@ -160,6 +190,12 @@ mod tests {
             ("qm1", Some((Role::MotorPosition, "1"))),
             ("dq_2", Some((Role::Velocity, "2"))),
             ("y0", Some((Role::Output, "0"))),
+            ("q_act", Some((Role::Position, ""))),
+            ("q2_ref", Some((Role::Reference, "2"))),
+            ("tau_cmd", Some((Role::Torque, ""))),
+            ("Actual Position", Some((Role::Position, ""))),
+            ("act", None),
+            ("flow_cmd", None),
             ("temperature", None),
             ("c0", None),
         ] {

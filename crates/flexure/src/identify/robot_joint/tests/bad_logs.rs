@@ -159,3 +159,38 @@ fn a_motor_on_the_other_side_of_its_gear_is_said() {
         "{said:?}"
     );
 }
+
+/// Stamps that jitter while the samples are evenly spaced: interpolation at even instants puts noise into the position, and the equations
+/// take the inertia for a tenth of what it is.
+#[test]
+fn an_inertia_that_the_simulation_contradicts_is_said() {
+    let (position, torque) = axis(20_000, 0.0);
+    let says = |position: &[f64]| {
+        let found = rigid(position, &torque).identify().unwrap();
+        let said = (found.findings.iter()).find(|f| matches!(f, Finding::OtherInertia { .. }));
+        (said.and_then(Finding::doubt), found.inertia)
+    };
+    assert_eq!(says(&position).0, None);
+    let late: Vec<f64> = noisy(&vec![0.0; position.len()], 1.0, 9)
+        .iter()
+        .enumerate()
+        .map(|(i, e)| if i % 7 == 0 && *e > 0.0 { 0.9 } else { 0.0 })
+        .collect();
+    let stamp = |i: usize| i as f64 + late[i];
+    let resampled: Vec<f64> = (0..position.len())
+        .map(|i| match i {
+            0 => position[0],
+            // The instant lies between the sample before and this one, which is late.
+            _ => {
+                position[i - 1]
+                    + (position[i] - position[i - 1]) * (i as f64 - stamp(i - 1)) / (stamp(i) - stamp(i - 1))
+            }
+        })
+        .collect();
+    let (doubt, inertia) = says(&resampled);
+    assert_eq!(
+        doubt,
+        Some("the motion is simulated with another inertia"),
+        "{inertia:?}"
+    );
+}
