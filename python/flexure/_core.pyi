@@ -68,7 +68,7 @@ def read_record(
     header: bool | None = None,
     skip_lines: int = 0,
     time_format: str | None = None,
-    missing_text: Sequence[str] = (),
+    missing_text: Sequence[str] | None = None,
     memory: int | None = None,
 ) -> tuple[dict[str, _Array], list[str]]: ...
 def identify_joint(

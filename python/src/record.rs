@@ -13,7 +13,7 @@ use crate::run::interruptible;
 
 /// Reads a record: its columns, and what was decided.
 #[pyfunction]
-#[pyo3(signature = (path, topic=None, joint=None, separator=None, decimal=None, header=None, skip_lines=0, time_format=None, missing_text=Vec::new(), memory=None))]
+#[pyo3(signature = (path, topic=None, joint=None, separator=None, decimal=None, header=None, skip_lines=0, time_format=None, missing_text=None, memory=None))]
 #[allow(clippy::too_many_arguments)] // The options of the command line.
 pub fn read_record<'py>(
     py: Python<'py>,
@@ -25,7 +25,7 @@ pub fn read_record<'py>(
     header: Option<bool>,
     skip_lines: u64,
     time_format: Option<String>,
-    missing_text: Vec<String>,
+    missing_text: Option<Vec<String>>,
     memory: Option<u64>,
 ) -> PyResult<(Bound<'py, PyDict>, Vec<String>)> {
     let signs = |name: &str| match name {
@@ -39,7 +39,7 @@ pub fn read_record<'py>(
         decimal: decimal.transpose()?,
         header,
         skip: skip_lines,
-        missing_texts: missing_text,
+        missing_texts: missing_text.unwrap_or_default(),
         time_format,
         topic,
         joint,

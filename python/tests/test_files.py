@@ -11,6 +11,8 @@ import pandas as pd
 import polars as pl
 import pytest
 
+import flexure
+
 STEP = 0.01
 SAMPLES = 400
 
@@ -149,3 +151,13 @@ def test_the_standard_input(program, expected):
     command = [program, "identify", "-", "--input", "u", "--output", "y", "--json"]
     done = subprocess.run(command, input=text, capture_output=True, text=True, check=True)
     assert json.loads(done.stdout)["fit_percent"] == pytest.approx(expected["fit_percent"], abs=1e-6)
+
+
+def test_texts_for_missing_samples_are_named(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("t,u,y\n0,1,2\n0.01,2,Bad\n0.02,3,OVER\n")
+    assert list(flexure.read(path)) == ["t", "u"]
+    for texts in (["Bad", "OVER"], ("Bad", "OVER")):
+        np.testing.assert_array_equal(flexure.read(path, missing_text=texts)["y"], [2, np.nan, np.nan])
+    path.write_text("t,u\n0,1\n0.01,-9999\n")
+    np.testing.assert_array_equal(flexure.read(path, missing_text="-9999")["u"], [1, np.nan])

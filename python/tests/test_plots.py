@@ -21,6 +21,15 @@ def test_the_curve_is_the_estimate(fitted):
     assert len(breaks.get_xdata()) == 2 and len(axes.collections) == 1 and axes.get_xlabel() == "torque"
 
 
+def test_a_curve_has_a_gap_where_it_is_not_determined():
+    x = np.linspace(-1, 1, 5)
+    band = {"x": list(x), "y": list(x), "lower": list(x - 1), "upper": list(x + 1)}
+    found = flexure.results.Nonlinearity.of({**band, "undetermined": [[-0.1, 0.6]]})
+    axes = plots.nonlinearity(found)
+    np.testing.assert_array_equal(axes.get_lines()[0].get_ydata(), [-1, -0.5, np.nan, np.nan, 1])
+    assert flexure.results.Nonlinearity.of(band).undetermined == ()
+
+
 def test_bode_is_the_response(fitted):
     gain, phase = plots.bode(fitted.linear_)
     line = gain.get_lines()[0]
