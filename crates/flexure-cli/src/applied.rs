@@ -19,10 +19,10 @@ pub struct ModelOnRecord {
     model: PathBuf,
     /// The record.
     record: PathBuf,
-    /// The input's column, where it is not called as the model's; A,B for a model of several inputs.
+    /// The input's column, if its name differs from the model's; A,B for a model of several inputs.
     #[arg(long, value_name = "COLUMN")]
     input: Option<String>,
-    /// The measured output's column, where it is not called as the model's.
+    /// The measured output's column, if its name differs from the model's.
     #[arg(long, value_name = "COLUMN")]
     pub output: Option<String>,
     /// The state in which the record begins. By default it is estimated from the first outputs if there are enough of them;

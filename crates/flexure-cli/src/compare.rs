@@ -26,10 +26,10 @@ pub struct Arguments {
     /// The models, from `flexure identify -o`, and last the record.
     #[arg(value_name = "FILE", required = true, num_args = 2..)]
     files: Vec<PathBuf>,
-    /// The inputs' column, where it is not called as the models'; A,B for models of several inputs.
+    /// The inputs' column, if its name differs from the models'; A,B for models of several inputs.
     #[arg(long, value_name = "COLUMN")]
     input: Option<String>,
-    /// The measured output's column, where it is not called as the models'.
+    /// The measured output's column, if its name differs from the models'.
     #[arg(long, value_name = "COLUMN")]
     output: Option<String>,
     /// Leave the first N samples out of the comparison; by default as many as the slowest model takes to settle, at most a tenth of

@@ -70,7 +70,7 @@ pub struct Arguments {
     /// Leave outliers of the output out of the fit and of the verdict; else they are only named.
     #[arg(long)]
     robust: bool,
-    /// Leave samples whose output is missing (NaN, or an empty field) out of the fit and of the verdict; else they are refused.
+    /// Leave samples whose output is missing (NaN, or an empty field) out of the fit and of the verdict. Without this option they are an error.
     #[arg(long)]
     missing: bool,
     /// Sample time in s; by default that of the column of time.

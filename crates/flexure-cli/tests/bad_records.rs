@@ -160,7 +160,7 @@ fn sample_times_that_are_not_uniform() {
         (
             "gap.csv",
             [0.0, 1.0, 3.0, 4.0, 5.0],
-            "gap.csv, line 4: the sample times are not uniform: the step to sample 2 is 2 s, but the typical step is 1 s; bring the record to uniform steps by flexure prepare --resample S",
+            "gap.csv, line 4: the sample times are not uniform: the step to sample 2 is 2 s, but the typical step is 1 s; bring the record to uniform steps by flexure prepare, --resample 1 -o prepared.csv",
         ),
         (
             "back.csv",

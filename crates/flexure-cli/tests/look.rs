@@ -172,7 +172,7 @@ fn no_joint_is_suggested_that_cannot_be_identified() {
     let columns = [("t", t), ("q", q), ("tau", turned)];
     write_record(folder.path("turned.csv"), &Record::new(columns).unwrap()).unwrap();
     let text = folder.done("look turned.csv");
-    assert!(next(&text).starts_with("--input A --output Y"), "{text}");
+    assert!(next(&text).starts_with("the same with --input A --output Y"), "{text}");
     assert!(
         text.contains("No joint can be identified from the motion under 'tau'"),
         "{text}"
@@ -376,7 +376,7 @@ fn nothing_to_identify() {
     write_record(folder.path("r.csv"), &Record::new([("left", a), ("right", b)]).unwrap()).unwrap();
     let text = folder.done("look r.csv --report look.html");
     assert!(text.contains("No column was seen to depend on another"), "{text}");
-    assert!(next(&text).starts_with("--input A --output Y"), "{text}");
+    assert!(next(&text).starts_with("the same with --input A --output Y"), "{text}");
     assert!(folder.read("look.html").contains("left"));
 }
 
@@ -437,4 +437,34 @@ fn outliers_that_hide_the_dependence_are_taken_out_first() {
         next(&again).starts_with("flexure identify prepared.csv --input a --output b"),
         "{again}"
     );
+}
+
+/// A number that stands for a missing sample hides all dependences: the second look takes it for one, and its command can be typed.
+#[test]
+fn a_number_for_missing_samples_is_seen() {
+    let folder = Folder::new();
+    let record = folder.known("r.csv", 600, 3);
+    let (u, y) = (record.column("u").unwrap(), record.column("y").unwrap());
+    let row = |k: usize| {
+        let y = if k % 35 == 9 {
+            "-9999".to_owned()
+        } else {
+            y[k].to_string()
+        };
+        format!("{},{},{y}\n", 0.01 * k as f64, u[k])
+    };
+    let rows: String = (0..600).map(row).collect();
+    folder.write("s.csv", format!("t,u,y\n{rows}"));
+    let looked = folder.done("look s.csv");
+    assert!(
+        looked.contains("next: flexure look s.csv --missing-text -9999\n"),
+        "{looked}"
+    );
+    let again = folder.done("look s.csv --missing-text -9999");
+    let next = "identify s.csv --input u --output y --structure auto --missing --missing-text -9999 -o model.json --report report.html";
+    assert!(
+        again.contains("--missing") && again.contains("--missing-text -9999"),
+        "{again}"
+    );
+    folder.done(next);
 }

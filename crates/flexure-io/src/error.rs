@@ -231,7 +231,7 @@ pub enum Error {
 pub enum LineProblem {
     /// The line has more or fewer fields than there are columns.
     #[error(
-        "{} where there are {expected} columns; {}", flexure::text::counted(*.found, "field"), ragged_remedy(*.table)
+        "{} where there are {expected} columns; {}", flexure::text::counted(*.found, "field"), ragged_remedy([*.found, *.expected], *.table)
     )]
     Ragged {
         /// Fields on this line.
@@ -345,8 +345,9 @@ impl LineProblem {
 }
 
 /// What to do about a line with more or fewer fields than columns.
-fn ragged_remedy(table: Option<u64>) -> String {
+fn ragged_remedy([found, expected]: [usize; 2], table: Option<u64>) -> String {
     match table {
+        _ if expected > 1 && found == 2 * expected => "twice as many: if each number has a decimal comma, something else must separate the columns; write decimal points, or semicolons between the columns".to_owned(),
         Some(line) => format!("if the table begins on line {line}, say --skip-lines {}", line - 1),
         None => "every line must have one field a column: remove it if it is no sample (--skip-lines N leaves out N lines before the table, --separator says what separates the columns)".to_owned(),
     }

@@ -167,6 +167,11 @@ impl RecordFile {
         flawed.map(|other| format!("{other}; the column is left out"))
     }
 
+    /// Whether the file is a text, whose samples have lines.
+    pub fn is_text(&self) -> bool {
+        self.line(0).is_some()
+    }
+
     /// The few texts among numbers that make columns unusable, and may stand for missing samples:
     /// [`ReadOptions::missing_texts`](crate::ReadOptions::missing_texts).
     pub fn unread_texts(&self) -> &[String] {

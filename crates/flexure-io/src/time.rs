@@ -10,7 +10,7 @@ use flexure::text::visible;
 
 /// Names of columns of instants, in lower case: in English, German, French, Spanish, Italian and Portuguese, the Nordic
 /// languages, and Dutch.
-const NAMES: [&str; 15] = [
+const NAMES: [&str; 16] = [
     "t",
     "ts",
     "time",
@@ -21,6 +21,7 @@ const NAMES: [&str; 15] = [
     "zeit",
     "zeitstempel",
     "uhrzeit",
+    "datum",
     "temps",
     "tiempo",
     "tempo",
@@ -71,7 +72,10 @@ fn split(name: &str) -> (String, Option<f64>) {
     // ROS puts a percent sign in front of it.
     let name = name.trim_start_matches('%').to_lowercase();
     match name.rsplit_once(['_', ' ']).map(|(base, unit)| (base, seconds(unit))) {
-        Some((base, Some(unit))) => (base.replace(['_', ' ', '-'], ""), Some(unit)),
+        Some((base, Some(unit))) => {
+            let base = base.strip_suffix(" in").unwrap_or(base);
+            (base.replace(['_', ' ', '-'], ""), Some(unit))
+        }
         _ => (name.replace(['_', ' ', '-'], ""), None),
     }
 }
@@ -166,6 +170,15 @@ impl RecordFile {
         let names: Vec<&str> = match given {
             Some(name) => vec![self.meant(name)],
             None => self.record.names().iter().map(String::as_str).filter(is_time).collect(),
+        };
+        // A date that stays the same stands beside the time.
+        let changes = |name: &&str| {
+            let samples = self.record.column(name).unwrap_or_default();
+            samples.iter().any(|t| *t != samples[0])
+        };
+        let names = match names.len() > 1 {
+            true => names.into_iter().filter(changes).collect(),
+            false => names,
         };
         // Time stamps are instants under any column name.
         let stamps = || self.origins.iter().map(|(name, _)| name.as_str());

@@ -183,9 +183,9 @@ fn a_logger_with_dates_and_times_in_two_columns() {
     );
     // A third column of time stamps: which one has the instants is not guessed.
     let three =
-        "stamp,date,time,u\n2026-06-01 00:00:00,2026-06-01,00:00:01,1\n2026-06-01 00:00:01,2026-06-01,00:00:02,2\n";
+        "timestamp,date,time,u\n2026-06-01 00:00:00,2026-06-01,00:00:01,1\n2026-06-01 00:00:01,2026-06-01,00:00:02,2\n";
     let file = read("three_stamps", three);
-    assert_eq!(file.record.names(), ["stamp", "date", "time", "u"]);
+    assert_eq!(file.record.names(), ["timestamp", "date", "time", "u"]);
     let message = file.time(None, &[]).unwrap_err().to_string();
     assert!(message.contains("may both have the sample instants"), "{message}");
 }

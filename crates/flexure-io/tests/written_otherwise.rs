@@ -275,3 +275,83 @@ fn the_date_of_two_columns_may_be_named() {
         assert!((time.clock.step - 0.01).abs() < 1e-9, "{name}");
     }
 }
+
+#[test]
+fn thousands_between_apostrophes_and_spaces() {
+    for (content, expected) in [
+        (
+            "t;u\n0;20'050.03\n1;-1'234'567.5\n2;12\n",
+            [20_050.03, -1_234_567.5, 12.0],
+        ),
+        (
+            "t;u\n0;20\u{202f}050,03\n1;-1\u{a0}234\u{a0}567,5\n2;12\n",
+            [20_050.03, -1_234_567.5, 12.0],
+        ),
+        (
+            "t;u\n0;20 050,03\n1;-1 234 567,5\n2;12\n",
+            [20_050.03, -1_234_567.5, 12.0],
+        ),
+    ] {
+        assert_eq!(read("groups", content).column("u").unwrap(), expected, "{content}");
+    }
+}
+
+#[test]
+fn codes_are_no_numbers_with_units() {
+    for code in ["0x10", "20A60301"] {
+        let file = read(
+            "codes",
+            format!("t,u,code\n0,1.5,{code}\n0.01,2.5,{code}\n0.02,3.5,{code}\n"),
+        );
+        assert_eq!(file.record.names(), ["t", "u"], "{code}");
+    }
+}
+
+#[test]
+fn a_table_for_reading_has_a_rule_below_its_header() {
+    let file = read(
+        "rule",
+        "t | u | y\n--- | :--: | ---\n0 | 1.5 | 0\n0.01 | 2.5 | 1\n0.02 | 3.5 | 2\n",
+    );
+    assert_log(&file, &["t", "u", "y"]);
+    assert_eq!(file.notes, ["line 2 is text without a number and is left out"]);
+}
+
+#[test]
+fn infinite_samples_may_be_missing() {
+    let content = "t,u,y\n0,1.5,1\n0.01,2.5,inf\n0.02,3.5,-Infinity\n";
+    let file = read("infinite", content);
+    assert_eq!(file.unread_texts(), ["inf", "-Infinity"]);
+    let options = ReadOptions {
+        missing_texts: file.unread_texts().to_vec(),
+        ..ReadOptions::default()
+    };
+    let file = read_with(&options, "infinite", content).unwrap();
+    assert!(file.column("y").unwrap()[1..].iter().all(|y| y.is_nan()));
+    let options = ReadOptions {
+        missing_texts: vec!["-9999".to_owned()],
+        ..ReadOptions::default()
+    };
+    let file = read_with(&options, "number", "t,u\n0,-9999.00\n1,-99990\n").unwrap();
+    assert!(file.column("u").unwrap()[0].is_nan() && file.column("u").unwrap()[1] == -99990.0);
+}
+
+#[test]
+fn units_in_words_and_dates_beside_times() {
+    let file = read("minutes", "Zeit in min,u\n0,1.5\n0.5,2.5\n1,3.5\n");
+    assert_eq!(file.time(None, &[]).unwrap().unwrap().clock.step, 30.0);
+    let file = read(
+        "datum",
+        "Datum;Zeit;u\n01.03.2026;0;1,5\n01.03.2026;0,01;2,5\n01.03.2026;0,02;3,5\n",
+    );
+    assert_log(&file, &["Datum", "Zeit", "u"]);
+}
+
+#[test]
+fn decimal_commas_between_commas_are_named() {
+    let said = refused("commas", "t,u,y\n0,00,1,5,2,5\n0,01,2,5,1,5\n");
+    assert!(
+        said.ends_with("write decimal points, or semicolons between the columns"),
+        "{said}"
+    );
+}

@@ -205,8 +205,8 @@ pub enum DataError {
     },
     /// The time column's steps differ.
     #[error(
-        "the sample times are not uniform: the step to sample {sample} is {} s, but the typical step is {} s; bring the record to uniform steps by flexure prepare --resample S",
-        decimal(*.step), decimal(*.expected)
+        "the sample times are not uniform: the step to sample {sample} is {} s, but the typical step is {} s; bring the record to uniform steps by flexure prepare, --resample {} -o prepared.csv",
+        decimal(*.step), decimal(*.expected), decimal(*.expected)
     )]
     NonUniformTime {
         /// The sample at the end of the odd step, from 0.

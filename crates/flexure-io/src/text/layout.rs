@@ -9,8 +9,8 @@
 use std::collections::HashMap;
 use std::io::Read;
 
-use super::columns;
 use super::lines::Lines;
+use super::{columns, numbers};
 use crate::error::LineProblem;
 use crate::options::ReadOptions;
 use crate::time::INDEX;
@@ -216,10 +216,10 @@ impl Layout {
     /// A name for column `i`, which has none: pandas writes its index without a name.
     fn unnamed(&mut self, i: usize, rows: &[Vec<String>], options: &ReadOptions) -> String {
         let counts = rows[1..].iter().enumerate().all(|(k, row)| {
-            let value = row.get(i).and_then(|field| columns::readable_number(field, options));
+            let value = row.get(i).and_then(|field| numbers::readable_number(field, options));
             let first = rows[1]
                 .get(i)
-                .and_then(|field| columns::readable_number(field, options));
+                .and_then(|field| numbers::readable_number(field, options));
             matches!((value, first), (Some(value), Some(first)) if value == first + k as f64)
         });
         let name = if i == 0 && counts && !rows[0].iter().any(|name| name == INDEX) {
@@ -263,7 +263,7 @@ fn table_below(head: &[u8], options: &ReadOptions) -> Option<TableBelow> {
         let rows = rows(&lines, separator);
         let last = rows.last().filter(|_| rows.len() == lines.len())?;
         let is_number =
-            |field: &String| columns::readable_number(field, options).is_some() || columns::has_unit(field, options);
+            |field: &String| numbers::readable_number(field, options).is_some() || numbers::has_unit(field, options);
         let numbers: Vec<usize> = (0..last.len()).filter(|&i| is_number(&last[i])).collect();
         let is_readable = |field: &String| is_number(field) || columns::is_readable(field, options);
         let is_sample = |row: &Vec<String>| numbers.iter().all(|&i| is_readable(&row[i]));
@@ -367,7 +367,7 @@ fn has_header(rows: &[Vec<String>], options: &ReadOptions) -> Result<bool, LineP
         return Ok(true);
     }
     // A text above a number can only be a name.
-    let is_number = |field: &String| readable(field) && !columns::is_missing(field, options);
+    let is_number = |field: &String| readable(field) && !numbers::is_missing(field, options);
     let above_number =
         |(i, field): (usize, &String)| is_text(field) && rows[1..].iter().any(|row| row.get(i).is_some_and(is_number));
     if first.iter().enumerate().any(above_number) {
@@ -385,11 +385,12 @@ fn could_be_name(field: &str) -> bool {
 /// Step 3; see the module.
 fn has_units(rows: &[Vec<String>], options: &ReadOptions) -> bool {
     let [_, second, third, ..] = rows else { return false };
-    let is_text = |field: &String| !columns::is_readable(field, options) && !columns::has_unit(field, options);
+    let is_text = |field: &String| !columns::is_readable(field, options) && !numbers::has_unit(field, options);
     // Some instruments write a setting there, into a column without samples.
     let is_setting = |i: usize| rows[2..].iter().all(|row| row.get(i).is_none_or(String::is_empty));
     let is_unit = |(i, field): (usize, &String)| is_text(field) || could_be_name(field) || is_setting(i);
-    second.iter().any(is_text)
+    !super::is_rule(second.iter().map(|field| field.as_bytes()))
+        && second.iter().any(is_text)
         && second.iter().enumerate().all(is_unit)
         && second
             .iter()

@@ -3,7 +3,7 @@
 use std::io::{self, BufRead, Read};
 
 use super::LONGEST_LINE;
-use super::columns::MISSING;
+use super::numbers::MISSING;
 use crate::error::LineProblem;
 
 /// The most consecutive lines without content: a packed file of a few bytes can have any number of them. Convention.

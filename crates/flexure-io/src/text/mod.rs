@@ -7,6 +7,7 @@ mod below;
 mod columns;
 mod layout;
 mod lines;
+mod numbers;
 mod stamps;
 
 use std::io::{BufReader, Cursor, Read};
@@ -21,9 +22,10 @@ use crate::options::ReadOptions;
 use crate::record_file::{Other, RecordFile, SampleLines};
 use crate::time::is_time;
 use below::Below;
-use columns::{Column, Numbers};
+use columns::Column;
 use layout::{Layout, SEPARATORS};
 use lines::Lines;
+use numbers::Numbers;
 use stamps::Part;
 pub(crate) use stamps::with_fraction;
 
@@ -94,6 +96,10 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
         }
         if headings.contains(&row) {
             repeated.push(line);
+            continue;
+        }
+        if is_rule(row.iter()) {
+            remarks.push(line);
             continue;
         }
         match read_row(&row, line, &mut columns, &mut numbers, options) {
@@ -189,6 +195,13 @@ fn layout(head: &[u8], path: &Path, options: &ReadOptions, at: impl Fn((u64, Lin
         })
 }
 
+/// Whether a row is a line between header and samples, as tables for reading have it: `|---|:--:|`.
+fn is_rule<'a>(row: impl Iterator<Item = &'a [u8]>) -> bool {
+    let is_line = |field: &[u8]| field.len() >= 3 && field.iter().all(|b| b"-=:+".contains(b));
+    let fields: Vec<&[u8]> = row.map(content).filter(|field| !field.is_empty()).collect();
+    fields.len() > 1 && fields.into_iter().all(is_line)
+}
+
 /// Whether a row of one field is a text, such as `*** logger restarted ***`.
 fn is_remark(row: &csv::ByteRecord, options: &ReadOptions) -> bool {
     let field = layout::text_of(content(row.get(0).unwrap_or_default()));
@@ -280,12 +293,12 @@ fn assemble(path: &Path, mut layout: Layout, mut columns: Vec<Column>, options: 
     let (date, joined) = joined.unzip();
     notes.extend(joined);
     for (column, unit) in columns.into_iter().zip(layout.units) {
-        if let Some(why) = column.unusable() {
-            for text in column.texts() {
-                if !texts.contains(text) {
-                    texts.push(text.clone());
-                }
+        for text in column.texts() {
+            if !texts.contains(text) {
+                texts.push(text.clone());
             }
+        }
+        if let Some(why) = column.unusable() {
             if column.looks_like_stamps() || is_time(&column.name) {
                 stamps.push(others.len());
             }

@@ -4,13 +4,14 @@ use chrono::{DateTime, NaiveDate, NaiveDateTime, NaiveTime};
 
 /// ISO 8601 as programs write it, dates with points, and hours with AM or PM, by the patterns of `chrono::format::strftime`. Dates with
 /// points begin with the day wherever they are in use; dates with slashes need a format.
-const FORMATS: [&str; 15] = [
+const FORMATS: [&str; 16] = [
     "%Y-%m-%dT%H:%M:%S%.f%#z",
     "%Y-%m-%d %H:%M:%S%.f%#z",
     "%Y-%m-%dT%H:%M:%S%.f",
     "%Y-%m-%d %H:%M:%S%.f",
     "%Y/%m/%d %H:%M:%S%.f",
     "%Y-%m-%d %H:%M",
+    "%Y%m%dT%H%M%S%.f%#z",
     "%Y%m%dT%H%M%S%.f",
     "%d.%m.%Y %H:%M:%S%.f",
     "%d.%m.%Y %H:%M",
@@ -148,6 +149,7 @@ mod tests {
             "2024-05-01 10:00:00.100000000",
             "2024/05/01 10:00:00.1",
             "20240501T100000.1",
+            "20240501T100000.100Z",
             "2024-05-01T10:00:00,100",
             "01.05.2024 10:00:00,100",
             "1.5.2024 10:00:00.1",

@@ -211,11 +211,7 @@ pub fn write_axis(axis: &FlexibleAxis, link: &str, motion: Option<&Motion>, torq
     let curves = [("stiffness", &axis.stiffness), ("friction", &axis.link.friction)];
     for (what, curve) in curves.into_iter().chain(of_motor) {
         lines.sentence(format!("Forms of the {what}, each by itself, smallest BIC first"));
-        // The best one first.
-        let best = std::iter::once(curve.best());
-        let others = curve.forms.iter().enumerate().filter(|(i, _)| *i != curve.best);
-        let forms = best.chain(others.map(|(_, form)| form));
-        lines.deeper(|lines| write_others(forms, &units, lines));
+        lines.deeper(|lines| write_others(curve.by_bic().into_iter(), &units, lines));
     }
     write_findings(&axis.link.findings, lines);
 }

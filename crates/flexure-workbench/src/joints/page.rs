@@ -54,7 +54,7 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, motions: &[Motion]) -> 
             curve(&axis.friction.band, [&labels[0], &labels[1]], |v| best.torque(v), best),
             Scatter::new(&axis.friction.x[..], &axis.friction.partial[..]),
         )],
-        tables: best_first(&axis.friction).map(|f| table(f, units)).collect(),
+        tables: axis.friction.by_bic().into_iter().map(|f| table(f, units)).collect(),
         motions: comparisons(log, 0, &axis.reconstructed, motions, units, ""),
         ..JointPage::default()
     }
@@ -115,8 +115,10 @@ pub fn two_link(arm: &TwoLinkArm, log: &Log, motions: &[Motion]) -> JointPage {
 /// The forms of a joint: those of the model, then each by itself; `of` begins their headings.
 fn tables(axis: &FlexibleAxis, units: &Units, of: &str) -> impl Iterator<Item = ParameterTable> {
     let model = [&axis.model.stiffness, &axis.model.friction];
-    let alone = best_first(&axis.stiffness).chain(best_first(&axis.link.friction));
-    let of_motor = axis.motor_friction.iter().flat_map(best_first);
+    let alone = [&axis.stiffness, &axis.link.friction]
+        .into_iter()
+        .flat_map(IdentifiedCurve::by_bic);
+    let of_motor = axis.motor_friction.iter().flat_map(IdentifiedCurve::by_bic);
     let forms = model.map(|f| (f, "")).into_iter().chain(at_motor(axis));
     let forms = forms.map(|(form, place)| (form, place, ", all equations together"));
     forms
@@ -126,12 +128,6 @@ fn tables(axis: &FlexibleAxis, units: &Units, of: &str) -> impl Iterator<Item = 
             heading: capitalised(&format!("{of}{}{place}{how}", form.form.title())),
             ..table(form, units)
         })
-}
-
-/// The forms of a curve, the one of smallest BIC first.
-fn best_first(curve: &IdentifiedCurve) -> impl Iterator<Item = &Fitted> {
-    let others = curve.forms.iter().enumerate().filter(|(i, _)| *i != curve.best);
-    std::iter::once(curve.best()).chain(others.map(|(_, form)| form))
 }
 
 fn constant(constant: Constant) -> Fact {
@@ -175,8 +171,8 @@ fn joint_curves(axis: &FlexibleAxis, of: &str) -> Vec<JointCurve> {
     let stiffness_curve = known.then(|| {
         JointCurve::new(
             format!("Stiffness{of}"),
-            "The stiffness k(d) = κ(d)/d with its band, where that is narrow enough to tell it: a dip at zero is a soft wind-up. Next \
-             to zero no torque tells it.",
+            "The stiffness k(d) = κ(d)/d with its band, drawn where the band is narrow. A dip at zero is a soft wind-up. Near zero \
+             the torque is too small to show it.",
             secant,
             Scatter::default(),
         )
@@ -196,7 +192,7 @@ fn joint_curves(axis: &FlexibleAxis, of: &str) -> Vec<JointCurve> {
         JointCurve::new(
             format!("Friction{of}"),
             format!(
-                "The elastic torque that the link's inertia leaves, over the link's velocity, with the free curve and its band.{}",
+                "The elastic torque less that which accelerates the link, over the link's velocity, with the free curve and its band.{}",
                 gaps_caption(&axis.link.friction.band)
             ),
             curve(

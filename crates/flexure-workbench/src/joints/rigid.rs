@@ -117,9 +117,8 @@ impl Joint for Rigid {
         if let Some(polished) = &axis.polished {
             lines.item("polished", polished_text(polished, &units));
         }
-        lines.sentence("Other forms of the friction");
-        let forms = axis.friction.forms.iter().enumerate();
-        let others = forms.filter(|(i, _)| *i != axis.friction.best).map(|(_, form)| form);
+        lines.sentence("Other forms of the friction, smallest BIC first");
+        let others = axis.friction.by_bic().into_iter().skip(1);
         lines.deeper(|lines| write_others(others, &units, lines));
         write_findings(&axis.findings, &mut lines);
         lines

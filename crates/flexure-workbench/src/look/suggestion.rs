@@ -1,6 +1,8 @@
 //! The command to type after a look.
 
-use flexure::look::{Dependence, Direction, Kind, Look, Relation};
+use std::collections::BTreeSet;
+
+use flexure::look::{Column, Dependence, Direction, Kind, Look, Relation};
 use flexure::text::exact;
 use flexure_io::RecordFile;
 
@@ -81,9 +83,31 @@ impl Suggestion {
     }
 }
 
-/// A second look, with the texts among the numbers taken for missing samples.
-fn reading_again(file: &RecordFile) -> Option<Suggestion> {
-    let texts = file.unread_texts();
+/// Numbers that instruments write for a missing sample.
+const SENTINELS: [f64; 9] = [
+    99.0, 999.0, 9999.0, 99_999.0, 999.9, 9999.9, 32_767.0, 32_768.0, 65_535.0,
+];
+
+/// The number that a column seems to have in place of missing samples: one of those that instruments write, repeated, far from all others and
+/// not seen as an outlier.
+fn sentinel(file: &RecordFile, column: &Column) -> Option<f64> {
+    let samples = file.record.column(&column.name).ok()?;
+    [column.least, column.greatest].into_iter().find(|end| {
+        let others = samples.iter().copied().filter(|v| v.is_finite() && v != end);
+        let (least, greatest) = others.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, g), v| (l.min(v), g.max(v)));
+        let distance = (end - least).abs().min((end - greatest).abs());
+        let count = samples.iter().filter(|v| *v == end).count();
+        let is_far = greatest > least && distance > greatest - least;
+        SENTINELS.contains(&end.abs()) && count > 1 && column.outliers.len() < count && is_far
+    })
+}
+
+/// A second look, with the texts among the numbers, and numbers that seem to stand for missing samples, taken for these.
+fn reading_again(file: &RecordFile, look: &Look) -> Option<Suggestion> {
+    let mut texts = file.unread_texts().to_vec();
+    let columns = (look.columns.iter().enumerate()).filter(|(i, _)| Some(*i) != look.time && file.is_text());
+    let numbers: BTreeSet<String> = columns.filter_map(|(_, c)| sentinel(file, c)).map(exact).collect();
+    texts.extend(numbers);
     if texts.is_empty() || texts.iter().any(|text| text.contains(',')) {
         return None;
     }
@@ -109,7 +133,7 @@ pub(super) fn suggestion(
     look: &Look,
     sample_time: Option<f64>,
 ) -> (Option<Suggestion>, Option<Failure>) {
-    if let Some(again) = reading_again(file) {
+    if let Some(again) = reading_again(file, look) {
         return (Some(again), None);
     }
     let signals = signals(request, look);
@@ -342,7 +366,7 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
             .notes
             .push(format!("Put the time between two samples in place of {UNKNOWN_TIME}."));
     }
-    if inputs.iter().any(|name| name.contains(',')) {
+    if several && inputs.iter().any(|name| name.contains(',')) {
         suggestion
             .notes
             .push("The commands separate names by commas: rename a column whose name has one.".to_owned());

@@ -225,6 +225,13 @@ impl IdentifiedCurve {
     pub fn best(&self) -> &Fitted {
         &self.forms[self.best]
     }
+
+    /// The forms, smallest BIC first.
+    pub fn by_bic(&self) -> Vec<&Fitted> {
+        let mut forms: Vec<&Fitted> = self.forms.iter().collect();
+        forms.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+        forms
+    }
 }
 
 /// The best form of a rigid axis, refined by the error of its free run under the recorded torque.
