@@ -88,21 +88,6 @@ fn the_identified_arm_moves_as_the_true_one_under_a_fresh_torque() {
     );
     folder.write("again.toml", arm.replace("log.csv", "fresh.csv"));
     folder.done("simulate again.toml -o again.csv");
-    // The same log in other units, which its header names.
-    let rows: Vec<String> = (folder.read("log.csv").lines().skip(1))
-        .map(|line| {
-            let row: Vec<f64> = line.split(',').map(|field| field.parse().unwrap()).collect();
-            format!("{},{},{}\n", row[0], 1e3 * row[1], row[3].to_degrees())
-        })
-        .collect();
-    folder.write("units.csv", format!("t,tau [mNm],q [deg]\n{}", rows.concat()));
-    let outcome = folder.run("joint units.csv --position q --torque tau --json");
-    let same: Value = serde_json::from_str(&outcome.stdout).unwrap();
-    let inertia = |of: &Value| of["inertia"]["value"].as_f64().unwrap();
-    assert!((inertia(&same) / inertia(&found) - 1.0).abs() < 1e-6, "{same}");
-    for said in ["'tau' is converted from mNm to Nm", "'q' is converted from deg to rad"] {
-        assert!(outcome.stderr.contains(said), "{}", outcome.stderr);
-    }
     let velocity = |name: &str| -> Vec<f64> {
         let file = flexure_io::read_record(folder.path(name)).unwrap();
         file.finite("dq1").unwrap().to_vec()
@@ -167,6 +152,21 @@ fn a_rigid_axis_becomes_an_arm_file() {
         "{arm}"
     );
     folder.done("simulate arm.toml -o again.csv");
+    // The same log in other units, which its header names.
+    let rows: Vec<String> = (folder.read("log.csv").lines().skip(1))
+        .map(|line| {
+            let row: Vec<f64> = line.split(',').map(|field| field.parse().unwrap()).collect();
+            format!("{},{},{}\n", row[0], 1e3 * row[1], row[3].to_degrees())
+        })
+        .collect();
+    folder.write("units.csv", format!("t,tau [mNm],q [deg]\n{}", rows.concat()));
+    let outcome = folder.run("joint units.csv --position q --torque tau --json");
+    let same: Value = serde_json::from_str(&outcome.stdout).unwrap();
+    let inertia = |of: &Value| of["inertia"]["value"].as_f64().unwrap();
+    assert!((inertia(&same) / inertia(&found) - 1.0).abs() < 1e-6, "{same}");
+    for said in ["'tau' is converted from mNm to Nm", "'q' is converted from deg to rad"] {
+        assert!(outcome.stderr.contains(said), "{}", outcome.stderr);
+    }
     let velocity = |name: &str| -> Vec<f64> {
         let file = flexure_io::read_record(folder.path(name)).unwrap();
         file.finite("dq1").unwrap().to_vec()

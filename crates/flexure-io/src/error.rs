@@ -305,6 +305,9 @@ pub enum LineProblem {
     /// The file is a model.
     #[error("this is a model, not a record; a command takes models first, then the record")]
     Model,
+    /// The file is JSON.
+    #[error("this is JSON, not a table; write it as CSV, one row a sample (pandas: read_json and to_csv)")]
+    Json,
     /// The line is longer than any table's.
     #[error("this line is longer than {}, which no table has; is it a text file?", crate::memory::size(*.limit))]
     TooLong {

@@ -119,8 +119,8 @@ fn bad_lines_are_named() {
         ),
         (
             "a.csv",
-            b"u,y\r1,2\r",
-            "a.csv, line 1: there is a carriage return within the line; end the lines with line feeds".into(),
+            b"u,y\n1,2\r3,4\n",
+            "a.csv, line 2: there is a carriage return within the line; end the lines with line feeds".into(),
         ),
         ("a.csv", b"u,y\n\n", "a.csv has the columns u, y but no samples".into()),
     ];

@@ -25,6 +25,23 @@ fn unicode_text_of_a_spreadsheet() {
 }
 
 #[test]
+fn lines_that_end_with_carriage_returns() {
+    let file = read("carriage_returns", LOG.replace('\n', "\r"));
+    assert_log(&file, &["t", "u", "y"]);
+    assert_eq!(file.line(2), Some(4));
+}
+
+#[test]
+fn json_is_named() {
+    for content in [
+        "{\"t\": 0, \"u\": 1.5}\n{\"t\": 1, \"u\": 2.5}\n",
+        "[{\"t\": 0}, {\"t\": 1}]\n",
+    ] {
+        assert!(refused("json", content).starts_with("log.csv, line 1: this is JSON, not a table"));
+    }
+}
+
+#[test]
 fn pipes_between_columns() {
     let file = read("pipes", LOG.replace(',', "|"));
     assert_log(&file, &["t", "u", "y"]);

@@ -68,6 +68,13 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
         return read(budget, path, text.as_bytes(), options);
     }
     check_head(&head).map_err(|problem| at((1, problem)))?;
+    // Lines that end as on the first Macintosh computers.
+    if head.contains(&b'\r') && !head.contains(&b'\n') {
+        let mut text = budget.all(Cursor::new(head).chain(input))?;
+        let ends = text.iter_mut().filter(|byte| **byte == b'\r');
+        ends.for_each(|byte| *byte = b'\n');
+        return read(budget, path, &text[..], options);
+    }
     budget.take(COLUMN * fields(&head), "the list of columns")?;
     let mut layout = layout(&head, path, options, at)?;
     // In a table of one column, a blank line may be a missing sample.
@@ -175,6 +182,12 @@ fn check_head(head: &[u8]) -> std::result::Result<(), LineProblem> {
     }
     if head.starts_with(b"{") && head.windows(MODEL.len()).any(|part| part == MODEL.as_bytes()) {
         return Err(LineProblem::Model);
+    }
+    if [&b"{\""[..], b"[{", b"[["]
+        .iter()
+        .any(|start| head.trim_ascii_start().starts_with(start))
+    {
+        return Err(LineProblem::Json);
     }
     Ok(())
 }
