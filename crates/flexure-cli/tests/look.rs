@@ -2,30 +2,11 @@
 
 mod common;
 
-use std::process::Command;
-
-use common::{Folder, mat, outcome};
+use common::{Folder, mat, next, outcome, typed};
 use flexure::Record;
 use flexure::identify::Warning;
 use flexure_io::write_record;
 use serde_json::Value;
-
-/// The line with the command to type next, without the text before it.
-fn next(text: &str) -> &str {
-    let line = text.lines().last().unwrap();
-    line.strip_prefix("next: ").unwrap_or_else(|| panic!("{text}"))
-}
-
-/// Runs a printed command line by a shell, in the folder.
-fn typed(folder: &Folder, line: &str) -> common::Outcome {
-    let rest = line.strip_prefix("flexure ").unwrap();
-    let mut shell = Command::new("sh");
-    let program = env!("CARGO_BIN_EXE_flexure");
-    shell
-        .args(["-c", &format!("'{program}' {rest}")])
-        .current_dir(folder.path(""));
-    outcome(&mut shell)
-}
 
 #[test]
 fn a_system_is_identified_by_the_command_that_is_printed() {
@@ -437,34 +418,4 @@ fn outliers_that_hide_the_dependence_are_taken_out_first() {
         next(&again).starts_with("flexure identify prepared.csv --input a --output b"),
         "{again}"
     );
-}
-
-/// A number that stands for a missing sample hides all dependences: the second look takes it for one, and its command can be typed.
-#[test]
-fn a_number_for_missing_samples_is_seen() {
-    let folder = Folder::new();
-    let record = folder.known("r.csv", 600, 3);
-    let (u, y) = (record.column("u").unwrap(), record.column("y").unwrap());
-    let row = |k: usize| {
-        let y = if k % 35 == 9 {
-            "-9999".to_owned()
-        } else {
-            y[k].to_string()
-        };
-        format!("{},{},{y}\n", 0.01 * k as f64, u[k])
-    };
-    let rows: String = (0..600).map(row).collect();
-    folder.write("s.csv", format!("t,u,y\n{rows}"));
-    let looked = folder.done("look s.csv");
-    assert!(
-        looked.contains("next: flexure look s.csv --missing-text -9999\n"),
-        "{looked}"
-    );
-    let again = folder.done("look s.csv --missing-text -9999");
-    let next = "identify s.csv --input u --output y --structure auto --missing --missing-text -9999 -o model.json --report report.html";
-    assert!(
-        again.contains("--missing") && again.contains("--missing-text -9999"),
-        "{again}"
-    );
-    folder.done(next);
 }

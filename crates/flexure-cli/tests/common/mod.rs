@@ -247,3 +247,20 @@ pub fn axis(samples: usize) -> [Vec<f64>; 3] {
     }
     [t, force, position]
 }
+
+/// The line with the command to type next, without the text before it.
+pub fn next(text: &str) -> &str {
+    let line = text.lines().last().unwrap();
+    line.strip_prefix("next: ").unwrap_or_else(|| panic!("{text}"))
+}
+
+/// Runs a printed command line by a shell, in the folder.
+pub fn typed(folder: &Folder, line: &str) -> Outcome {
+    let rest = line.strip_prefix("flexure ").unwrap();
+    let mut shell = Command::new("sh");
+    let program = env!("CARGO_BIN_EXE_flexure");
+    shell
+        .args(["-c", &format!("'{program}' {rest}")])
+        .current_dir(folder.path(""));
+    outcome(&mut shell)
+}
