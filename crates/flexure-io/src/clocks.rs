@@ -7,14 +7,12 @@ use flexure::text::exact;
 
 use crate::error::{Error, Result};
 use crate::record_file::RecordFile;
-use crate::time::{has_unit, is_time, seconds};
+use crate::time::{DAY, has_unit, is_time, seconds};
 
 /// Seconds from 1970 in the years 2001 to 2099, in which a log was recorded.
 const EPOCH_SECONDS: std::ops::Range<f64> = 978_307_200.0..4_102_444_800.0;
 /// Days from the end of 1899, as spreadsheets count them, in the years 2000 to 2099.
 const SPREADSHEET_DAYS: std::ops::Range<f64> = 36_526.0..73_051.0;
-/// Seconds in a day.
-const DAY: f64 = 86_400.0;
 /// The longest step of a log in days, s. Convention: a day's own steps are whole numbers.
 const LONGEST_STEP: f64 = 3600.0;
 /// The relative distance from a number of three digits up to which a step is such a number. Convention: one in a hundred other numbers is.
@@ -129,9 +127,7 @@ impl RecordFile {
         }
         Ok(self)
     }
-}
 
-impl RecordFile {
     /// Whether a column of this name has instants.
     fn is_clock(&self, name: &str) -> bool {
         is_time(name) || self.origins.iter().any(|(column, _)| column == name)

@@ -32,6 +32,9 @@ const NAMES: [&str; 16] = [
 /// The name for a column without a name that counts the rows, as pandas writes its index.
 pub(crate) const INDEX: &str = "index";
 
+/// Seconds in a day.
+pub(crate) const DAY: f64 = 86_400.0;
+
 /// Units of time, in s.
 const UNITS: [(&[&str], f64); 6] = [
     (&["s", "sec", "secs", "second", "seconds"], 1.0),

@@ -240,6 +240,20 @@ fn a_header_that_is_repeated_is_left_out() {
     assert_eq!((file.line(24), file.line(25)), (Some(26), Some(28)));
 }
 
+/// Without instants, a row that is left out would shift all that follow.
+#[test]
+fn samples_like_a_header_or_a_rule_are_samples() {
+    let options = ReadOptions {
+        header: Some(true),
+        ..ReadOptions::default()
+    };
+    let file = read_with(&options, "numbers_above", "0,1\n0.5,1.5\n0,1\n2,3\n").unwrap();
+    assert_eq!(file.column("0").unwrap(), [0.5, 0.0, 2.0]);
+    let file = read("dashes", "u,y\n1,2\n---,---\n3,4\n");
+    assert_eq!(file.record.len(), 3);
+    assert!(file.column("y").unwrap()[1].is_nan());
+}
+
 #[test]
 fn lines_padded_to_the_width_of_the_table_stand_above_it() {
     let content = format!("Messung 3;;\nDatum:;01.03.2026;\n;;\n{}", with_below(""));

@@ -5,13 +5,10 @@ use super::stamps::{self, Part, Stamps};
 use crate::error::LineProblem;
 use crate::options::ReadOptions;
 use crate::record_file::Unusable;
-use crate::time::is_time;
+use crate::time::{DAY, is_time};
 
 /// Characters of a bad field that a message quotes.
 const QUOTED_CHARACTERS: usize = 40;
-
-/// Seconds in a day.
-const DAY: f64 = 86_400.0;
 
 /// The most texts in a column of numbers that may all stand for missing samples. Convention.
 const MOST_TEXTS: usize = 5;

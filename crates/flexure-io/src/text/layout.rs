@@ -170,18 +170,6 @@ impl Layout {
         self.notes.push(note);
     }
 
-    /// Notes lines that are left out, and what such a line and such lines are.
-    pub(super) fn note_left_out(&mut self, lines: &[u64], is: &str, are: &str) {
-        match lines {
-            [] => {}
-            [line] => self.note(format!("line {line} {is} and is left out")),
-            [first, ..] => self.note(format!(
-                "{} lines {are} and are left out, the first of them line {first}",
-                lines.len()
-            )),
-        }
-    }
-
     /// Names and units from the header.
     fn names(&mut self, rows: &[Vec<String>], options: &ReadOptions) -> Result<(), LineProblem> {
         let mut sharing: HashMap<String, usize> = HashMap::new();
@@ -389,7 +377,7 @@ fn has_units(rows: &[Vec<String>], options: &ReadOptions) -> bool {
     // Some instruments write a setting there, into a column without samples.
     let is_setting = |i: usize| rows[2..].iter().all(|row| row.get(i).is_none_or(String::is_empty));
     let is_unit = |(i, field): (usize, &String)| is_text(field) || could_be_name(field) || is_setting(i);
-    !super::is_rule(second.iter().map(|field| field.as_bytes()))
+    !super::rows::is_rule(second.iter().map(|field| field.as_bytes()))
         && second.iter().any(is_text)
         && second.iter().enumerate().all(is_unit)
         && second

@@ -8,6 +8,7 @@ mod columns;
 mod layout;
 mod lines;
 mod numbers;
+mod rows;
 mod stamps;
 
 use std::io::{BufReader, Cursor, Read};
@@ -19,13 +20,12 @@ use crate::error::{Error, LineProblem, Result};
 use crate::memory::{Budget, LONGEST_TEXT, small_file};
 use crate::model::FORMAT as MODEL;
 use crate::options::ReadOptions;
-use crate::record_file::{Other, RecordFile, SampleLines};
+use crate::record_file::{Other, RecordFile};
 use crate::time::is_time;
-use below::Below;
 use columns::Column;
 use layout::{Layout, SEPARATORS};
 use lines::Lines;
-use numbers::Numbers;
+use rows::Rows;
 use stamps::Part;
 pub(crate) use stamps::with_fraction;
 
@@ -67,14 +67,13 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
         let text = text.ok_or_else(|| at((1, LineProblem::NotUtf16)))?;
         return read(budget, path, text.as_bytes(), options);
     }
-    check_head(&head).map_err(|problem| at((1, problem)))?;
-    // Lines that end as on the first Macintosh computers.
-    if head.contains(&b'\r') && !head.contains(&b'\n') {
+    if has_carriage_returns_alone(&head) {
         let mut text = budget.all(Cursor::new(head).chain(input))?;
         let ends = text.iter_mut().filter(|byte| **byte == b'\r');
         ends.for_each(|byte| *byte = b'\n');
         return read(budget, path, &text[..], options);
     }
+    check_head(&head).map_err(|problem| at((1, problem)))?;
     budget.take(COLUMN * fields(&head), "the list of columns")?;
     let mut layout = layout(&head, path, options, at)?;
     // In a table of one column, a blank line may be a missing sample.
@@ -84,66 +83,30 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
     };
     let input = BufReader::with_capacity(HEAD as usize, Cursor::new(head).chain(input));
     let lines = Lines::new(input, layout.skip, layout.separator.is_none()).with_heading(heading);
-    let mut columns: Vec<Column> = layout.names.iter().cloned().map(Column::new).collect();
-    let mut sample_lines = SampleLines::default();
-    let mut numbers = Numbers::new(options.decimal);
     let mut rows = table(lines, layout.separator.unwrap_or(b'\t'));
     let mut row = csv::ByteRecord::new();
-    let (mut headings, mut repeated): (Vec<csv::ByteRecord>, Vec<u64>) = (Vec::new(), Vec::new());
-    let mut remarks = Vec::new();
-    let mut samples = 0;
-    let mut below = Below::default();
+    let mut table = Rows::new(&layout, options);
     while rows.read_byte_record(&mut row).map_err(|error| fail(error.into()))? {
-        budget.numbers(columns.len(), "the table")?;
+        budget.numbers(layout.names.len(), "the table")?;
         // Counted back from the end of the row, since empty lines may precede it.
-        let line = rows.position().line() - 1;
-        if headings.len() < layout.heading_lines {
-            headings.push(row.clone());
-            continue;
-        }
-        if headings.contains(&row) {
-            repeated.push(line);
-            continue;
-        }
-        if is_rule(row.iter()) {
-            remarks.push(line);
-            continue;
-        }
-        match read_row(&row, line, &mut columns, &mut numbers, options) {
-            Ok(()) => {
-                sample_lines.note(samples, line);
-                samples += 1;
-            }
-            Err(LineProblem::Ragged { found: 1, .. }) if is_remark(&row, options) => remarks.push(line),
-            Err(problem) => {
-                let problem = (line, problem.before_table(layout.table));
-                below.add(samples, problem).map_err(at)?;
-            }
-        }
+        table.take(&row, rows.position().line() - 1, &layout).map_err(at)?;
     }
     if let Some(stopped) = rows.get_ref().stopped() {
         return Err(at(stopped));
     }
     let last_line = rows.position().line() - 1;
-    let left_out = below.cut(&mut columns, samples, &sample_lines, last_line).map_err(at)?;
-    let kept = columns.iter().map(|column| column.values.len()).max();
-    let end = kept.and_then(|kept| sample_lines.get(kept.checked_sub(1)?));
-    if let Some(blank) = rows.get_ref().gap().filter(|blank| end.is_some_and(|end| end > *blank)) {
-        return Err(at((blank, LineProblem::Blank)));
-    }
-    layout.note_left_out(&repeated, "repeats the header", "repeat the header");
-    layout.note_left_out(&remarks, "is text without a number", "are text without a number");
+    let left_out = table.end(last_line, rows.get_ref().gap()).map_err(at)?;
     layout.notes.extend(left_out);
-    let decimals = numbers.conclude().map_err(at)?;
-    if samples == 0 {
+    let decimals = table.numbers.conclude().map_err(at)?;
+    if table.samples == 0 {
         return Err(Error::NoSamples {
             path: path.to_owned(),
             names: layout.names,
         });
     }
-    let mut file = assemble(path, layout, columns, options)?;
+    let mut file = assemble(path, layout, table.columns, options)?;
     file.notes.extend(decimals.map(str::to_owned));
-    file.lines = sample_lines;
+    file.lines = table.lines;
     Ok(file)
 }
 
@@ -173,6 +136,11 @@ impl Utf16 {
         let text: std::result::Result<String, _> = text.collect();
         text.ok().filter(|_| whole)
     }
+}
+
+/// Whether lines end as on the first Macintosh computers.
+fn has_carriage_returns_alone(head: &[u8]) -> bool {
+    head.contains(&b'\r') && !head.contains(&b'\n')
 }
 
 /// Refuses what begins like no table.
@@ -208,19 +176,6 @@ fn layout(head: &[u8], path: &Path, options: &ReadOptions, at: impl Fn((u64, Lin
         })
 }
 
-/// Whether a row is a line between header and samples, as tables for reading have it: `|---|:--:|`.
-fn is_rule<'a>(row: impl Iterator<Item = &'a [u8]>) -> bool {
-    let is_line = |field: &[u8]| field.len() >= 3 && field.iter().all(|b| b"-=:+".contains(b));
-    let fields: Vec<&[u8]> = row.map(content).filter(|field| !field.is_empty()).collect();
-    fields.len() > 1 && fields.into_iter().all(is_line)
-}
-
-/// Whether a row of one field is a text, such as `*** logger restarted ***`.
-fn is_remark(row: &csv::ByteRecord, options: &ReadOptions) -> bool {
-    let field = layout::text_of(content(row.get(0).unwrap_or_default()));
-    !field.is_empty() && !columns::is_readable(&field, options)
-}
-
 /// An upper limit of the number of fields in the first line.
 fn fields(head: &[u8]) -> u64 {
     let line = head.split(|&byte| byte == b'\n').next().unwrap_or_default();
@@ -237,41 +192,6 @@ fn head_of(input: &mut impl Read) -> std::io::Result<Vec<u8>> {
             return Ok(head);
         }
     }
-}
-
-/// Appends the fields of one row to the columns.
-fn read_row<'a>(
-    row: &csv::ByteRecord,
-    line: u64,
-    columns: &mut [Column<'a>],
-    numbers: &mut Numbers,
-    options: &'a ReadOptions,
-) -> std::result::Result<(), LineProblem> {
-    for (end, problem) in [
-        (b'\n', LineProblem::UnclosedQuote),
-        (b'\r', LineProblem::CarriageReturn),
-    ] {
-        if row.as_slice().contains(&end) {
-            return Err(problem);
-        }
-    }
-    // A separator at the end of every line makes no column.
-    let surplus = row.iter().skip(columns.len()).any(|field| !content(field).is_empty());
-    if row.len() < columns.len() || surplus {
-        return Err(LineProblem::Ragged {
-            found: row.len(),
-            expected: columns.len(),
-            table: None,
-        });
-    }
-    for (column, field) in columns.iter_mut().zip(row) {
-        let field = content(field);
-        match std::str::from_utf8(field) {
-            Ok(text) => column.push(text, line, numbers, options)?,
-            Err(_) => column.push(&layout::text_of(field), line, numbers, options)?,
-        }
-    }
-    Ok(())
 }
 
 /// Dates and times of day in two columns become time stamps in the column of the times; the other column is taken away. If there are

@@ -1,0 +1,154 @@
+//! The rows of a table: its samples, and rows that are none.
+
+use super::below::Below;
+use super::columns::{self, Column};
+use super::content;
+use super::layout::{self, Layout, Problem};
+use super::numbers::Numbers;
+use crate::error::LineProblem;
+use crate::options::ReadOptions;
+use crate::record_file::SampleLines;
+
+/// What was read so far.
+pub(super) struct Rows<'a> {
+    pub(super) columns: Vec<Column<'a>>,
+    pub(super) numbers: Numbers,
+    /// The lines of the samples.
+    pub(super) lines: SampleLines,
+    pub(super) samples: usize,
+    options: &'a ReadOptions,
+    /// The rows of header and units.
+    headings: Vec<csv::ByteRecord>,
+    /// The lines that repeat them.
+    repeated: Vec<u64>,
+    /// The lines of one text, and those below a header that only separate it.
+    remarks: Vec<u64>,
+    below: Below,
+}
+
+impl<'a> Rows<'a> {
+    pub(super) fn new(layout: &Layout, options: &'a ReadOptions) -> Self {
+        Rows {
+            columns: layout.names.iter().cloned().map(Column::new).collect(),
+            numbers: Numbers::new(options.decimal),
+            lines: SampleLines::default(),
+            samples: 0,
+            options,
+            headings: Vec::new(),
+            repeated: Vec::new(),
+            remarks: Vec::new(),
+            below: Below::default(),
+        }
+    }
+
+    /// Takes the row of this line.
+    ///
+    /// # Errors
+    /// For a row that can neither be a sample nor be left out.
+    pub(super) fn take(&mut self, row: &csv::ByteRecord, line: u64, layout: &Layout) -> Result<(), Problem> {
+        let options = self.options;
+        if self.headings.len() < layout.heading_lines {
+            self.headings.push(row.clone());
+            return Ok(());
+        }
+        // A header of numbers may be a sample too.
+        if self.headings.contains(row) && row.iter().any(|field| is_text(field, options)) {
+            self.repeated.push(line);
+            return Ok(());
+        }
+        if self.samples == 0 && layout.heading_lines > 0 && is_rule(row.iter()) {
+            self.remarks.push(line);
+            return Ok(());
+        }
+        match read_row(row, line, &mut self.columns, &mut self.numbers, options) {
+            Ok(()) => {
+                self.lines.note(self.samples, line);
+                self.samples += 1;
+                Ok(())
+            }
+            Err(LineProblem::Ragged { found: 1, .. }) if is_text(&row[0], options) => {
+                self.remarks.push(line);
+                Ok(())
+            }
+            Err(problem) => self.below.add(self.samples, (line, problem.before_table(layout.table))),
+        }
+    }
+
+    /// Ends the table, whose last row is on `last_line`; `blank` is the first blank line that content follows. Returns sentences on the rows
+    /// that were left out.
+    ///
+    /// # Errors
+    /// For a blank line, or a row with another number of fields, that samples follow.
+    pub(super) fn end(&mut self, last_line: u64, blank: Option<u64>) -> Result<Vec<String>, Problem> {
+        let below = std::mem::take(&mut self.below);
+        let below = below.cut(&mut self.columns, self.samples, &self.lines, last_line)?;
+        let kept = self.columns.iter().map(|column| column.values.len()).max();
+        let end = kept.and_then(|kept| self.lines.get(kept.checked_sub(1)?));
+        if let Some(blank) = blank.filter(|blank| end.is_some_and(|end| end > *blank)) {
+            return Err((blank, LineProblem::Blank));
+        }
+        let repeated = left_out(&self.repeated, "repeats the header", "repeat the header");
+        let remarks = left_out(&self.remarks, "is text without a number", "are text without a number");
+        Ok(repeated.into_iter().chain(remarks).chain(below).collect())
+    }
+}
+
+/// A sentence on lines that are left out, with what such a line and such lines are.
+fn left_out(lines: &[u64], is: &str, are: &str) -> Option<String> {
+    match lines {
+        [] => None,
+        [line] => Some(format!("line {line} {is} and is left out")),
+        [first, ..] => Some(format!(
+            "{} lines {are} and are left out, the first of them line {first}",
+            lines.len()
+        )),
+    }
+}
+
+/// Whether a field is a text: of a header, or a remark such as `*** logger restarted ***`.
+fn is_text(field: &[u8], options: &ReadOptions) -> bool {
+    let field = layout::text_of(content(field));
+    !field.is_empty() && !columns::is_readable(&field, options)
+}
+
+/// Whether a row is a line between header and samples, as tables for reading have it: `|---|:--:|`.
+pub(super) fn is_rule<'a>(row: impl Iterator<Item = &'a [u8]>) -> bool {
+    let is_line = |field: &[u8]| field.len() >= 3 && field.iter().all(|b| b"-=:+".contains(b));
+    let fields: Vec<&[u8]> = row.map(content).filter(|field| !field.is_empty()).collect();
+    fields.len() > 1 && fields.into_iter().all(is_line)
+}
+
+/// Appends the fields of one row to the columns.
+fn read_row<'a>(
+    row: &csv::ByteRecord,
+    line: u64,
+    columns: &mut [Column<'a>],
+    numbers: &mut Numbers,
+    options: &'a ReadOptions,
+) -> std::result::Result<(), LineProblem> {
+    for (end, problem) in [
+        (b'\n', LineProblem::UnclosedQuote),
+        (b'\r', LineProblem::CarriageReturn),
+    ] {
+        if row.as_slice().contains(&end) {
+            return Err(problem);
+        }
+    }
+    // A separator at the end of every line makes no column.
+    let surplus = row.iter().skip(columns.len()).any(|field| !content(field).is_empty());
+    if row.len() < columns.len() || surplus {
+        return Err(LineProblem::Ragged {
+            found: row.len(),
+            expected: columns.len(),
+            table: None,
+        });
+    }
+    for (column, field) in columns.iter_mut().zip(row) {
+        let field = content(field);
+        match std::str::from_utf8(field) {
+            Ok(text) => column.push(text, line, numbers, options)?,
+            Err(_) => column.push(&layout::text_of(field), line, numbers, options)?,
+        }
+    }
+    Ok(())
+}
