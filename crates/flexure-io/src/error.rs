@@ -330,7 +330,7 @@ pub enum LineProblem {
     #[error("the file is an old workbook (.xls) or document; save its sheet as CSV")]
     OldWorkbook,
     /// The file is no text.
-    #[error("the file is no text, or text of an encoding without a mark; save it as CSV in UTF-8")]
+    #[error("the file is no text, or its encoding is not known; save it as CSV in UTF-8")]
     NotText,
     /// The text is marked as UTF-16, and is none.
     #[error("the text is marked as UTF-16, but is not; save it in UTF-8")]
@@ -350,7 +350,7 @@ impl LineProblem {
 /// What to do about a line with more or fewer fields than columns.
 fn ragged_remedy([found, expected]: [usize; 2], table: Option<u64>) -> String {
     match table {
-        _ if expected > 1 && found == 2 * expected => "twice as many: if each number has a decimal comma, something else must separate the columns; write decimal points, or semicolons between the columns".to_owned(),
+        _ if expected > 1 && found == 2 * expected => "that is twice as many. If the numbers have decimal commas, commas cannot also separate the columns: write decimal points, or semicolons between the columns".to_owned(),
         Some(line) => format!("if the table begins on line {line}, say --skip-lines {}", line - 1),
         None => "every line must have one field a column: remove it if it is no sample (--skip-lines N leaves out N lines before the table, --separator says what separates the columns)".to_owned(),
     }

@@ -115,7 +115,7 @@ fn bad_lines_are_named() {
         (
             "a.csv",
             b"u\0,\0y\0\n\x001,2\n",
-            "a.csv, line 1: the file is no text, or text of an encoding without a mark; save it as CSV in UTF-8".into(),
+            "a.csv, line 1: the file is no text, or its encoding is not known; save it as CSV in UTF-8".into(),
         ),
         (
             "a.csv",

@@ -50,7 +50,7 @@ pub fn range_text(band: &Band, unit: &str) -> String {
     match gaps.is_empty() {
         true => format!("seen {seen} {unit}; beyond, these data say nothing"),
         false => format!(
-            "seen {seen} {unit}; beyond, these data say nothing, and {} {unit} too little to draw the curve",
+            "seen {seen} {unit}; these data say nothing beyond, and too little to draw the curve {} {unit}",
             joined(&gaps)
         ),
     }
@@ -72,7 +72,7 @@ pub fn with_gaps(mut curve: Nonlinearity, band: &Band) -> Nonlinearity {
 pub fn gaps_caption(band: &Band) -> &'static str {
     match undetermined(band).is_empty() {
         true => "",
-        false => " It has a gap where these data tell too little of it.",
+        false => " It has a gap where the data do not determine it.",
     }
 }
 
@@ -128,8 +128,8 @@ mod tests {
         assert_eq!(undetermined(&wide), [[-0.05, 0.05]]);
         assert_eq!(
             range_text(&wide, "rad/s"),
-            "seen from -1.000 to 1.000 rad/s; beyond, these data say nothing, and from -0.05000 to 0.05000 rad/s too little to \
-             draw the curve"
+            "seen from -1.000 to 1.000 rad/s; these data say nothing beyond, and too little to draw the curve from -0.05000 to \
+             0.05000 rad/s"
         );
         let two = band(|x| if (0.2..=0.3).contains(&x.abs()) { 2.0 } else { 0.02 });
         assert_eq!(undetermined(&two), [[-0.3, -0.2], [0.2, 0.3]]);

@@ -67,7 +67,7 @@ impl<'a> Inspection<'a> {
         let (suggestion, failure) = suggestion::suggestion(file, request, &look, sample_time);
         let remedy = match &failure {
             Some(failure) if failure.is_too_fast => "flexure excite ARM.toml --max-torque TAU -o torques.csv",
-            _ => "the same with --input A --output Y: which column you expect to follow which",
+            _ => "the same with --input A --output Y, where you expect column Y to follow column A",
         };
         let mut findings = findings::findings(file, &look, seconds, sample_time);
         findings.extend(failure.map(|failure| Finding {
