@@ -236,6 +236,8 @@ fn inertia(name: &str, value: Estimated, unit: &str) -> Fact {
         error if error.is_finite() => (with_error(value), "± one standard error"),
         _ => (number(value.value), "no standard error: see the notes"),
     };
+    // The words of a unit stay on one line.
+    let unit = unit.replace(' ', "\u{a0}");
     Fact::new(name, typeset(&format!("{number} {unit}")), note.to_owned())
 }
 
