@@ -1,7 +1,8 @@
-//! A spinner or a bar on the terminal's error stream for work of over a second.
+//! A spinner or a bar on the terminal's error stream for work of over a second; where that is no terminal, a line now and then.
 
+use std::io::IsTerminal;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::thread::Thread;
 use std::time::{Duration, Instant};
 
@@ -10,18 +11,63 @@ use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 
 /// Nothing is drawn before this.
 const PATIENCE: Duration = Duration::from_secs(1);
+/// Where there is no terminal, a line follows after this time, the next one after twice the time, and so on: a log stays short.
+const FIRST_LINE: Duration = Duration::from_secs(30);
 
 /// The variable that asks for progress in lines, for a program that shows it itself.
 pub const LINES: &str = "FLEXURE_PROGRESS";
 /// What such a line begins with.
 pub const MARK: &str = "progress: ";
 
-/// Work in progress; the drawing is removed when it is dropped, and absent where there is no terminal.
+/// Work in progress; the drawing is removed when it is dropped.
 pub struct Progress {
     bar: ProgressBar,
     started: Instant,
-    /// The line that was written last, where lines are asked for.
-    line: Option<Mutex<String>>,
+    lines: Lines,
+}
+
+/// What is written where nothing can be drawn.
+enum Lines {
+    /// Nothing: there is a terminal.
+    None,
+    /// A line for each step, as is asked for; the one that was written last.
+    All(Mutex<String>),
+    /// A line now and then; the seconds after which the next one follows.
+    Few(AtomicU64),
+}
+
+impl Lines {
+    fn new() -> Self {
+        if std::env::var_os(LINES).is_some() {
+            Lines::All(Mutex::default())
+        } else if std::io::stderr().is_terminal() {
+            Lines::None
+        } else {
+            Lines::Few(AtomicU64::new(FIRST_LINE.as_secs()))
+        }
+    }
+
+    /// The line to write now, for work with this message, this share of it done, after this time.
+    fn next(&self, message: &str, share: Option<u64>, passed: Duration) -> Option<String> {
+        let line = message.to_owned() + &share.map_or(String::new(), |share| format!(", {share} %"));
+        match self {
+            Lines::None => None,
+            Lines::All(last) => {
+                let mut last = last.lock().ok()?;
+                (*last != line).then(|| {
+                    last.clone_from(&line);
+                    format!("{MARK}{line}")
+                })
+            }
+            Lines::Few(next) => {
+                let due = next.load(Ordering::Relaxed);
+                (passed.as_secs() >= due).then(|| {
+                    next.store(2 * due, Ordering::Relaxed);
+                    format!("still {line} ({} s)", passed.as_secs())
+                })
+            }
+        }
+    }
 }
 
 impl Progress {
@@ -34,7 +80,7 @@ impl Progress {
         Progress {
             bar,
             started: Instant::now(),
-            line: std::env::var_os(LINES).map(|_| Mutex::default()),
+            lines: Lines::new(),
         }
     }
 
@@ -44,13 +90,9 @@ impl Progress {
             self.bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
         }
         self.bar.set_position((1000.0 * done) as u64);
-        if let Some(Ok(mut last)) = self.line.as_ref().map(Mutex::lock) {
-            let share = (100 * self.bar.position()).checked_div(self.bar.length().unwrap_or(0));
-            let line = self.bar.message() + &share.map_or(String::new(), |share| format!(", {share} %"));
-            if *last != line {
-                eprintln!("{MARK}{line}");
-                *last = line;
-            }
+        let share = (100 * self.bar.position()).checked_div(self.bar.length().unwrap_or(0));
+        if let Some(line) = self.lines.next(&self.bar.message(), share, self.started.elapsed()) {
+            eprintln!("{line}");
         }
     }
 }
@@ -220,6 +262,30 @@ mod tests {
         };
         assert_eq!(message(0), "identifying: this step 20 %");
         assert_eq!(message(1), "identifying");
+    }
+
+    #[test]
+    fn a_log_gets_few_lines() {
+        let lines = Lines::Few(AtomicU64::new(FIRST_LINE.as_secs()));
+        let at = |seconds: u64| lines.next("identifying: wiener", None, Duration::from_secs(seconds));
+        assert_eq!(at(29), None);
+        assert_eq!(at(31).as_deref(), Some("still identifying: wiener (31 s)"));
+        assert_eq!(at(59), None);
+        assert_eq!(at(60).as_deref(), Some("still identifying: wiener (60 s)"));
+        assert_eq!(at(119), None);
+        assert_eq!(
+            lines.next("simulating", Some(40), Duration::from_secs(130)).as_deref(),
+            Some("still simulating, 40 % (130 s)")
+        );
+    }
+
+    #[test]
+    fn lines_that_are_asked_for_come_once_for_each_step() {
+        let lines = Lines::All(Mutex::default());
+        let next = |what: &str, share| lines.next(what, share, Duration::ZERO);
+        assert_eq!(next("reading", None).as_deref(), Some("progress: reading"));
+        assert_eq!(next("reading", None), None);
+        assert_eq!(next("reading", Some(1)).as_deref(), Some("progress: reading, 1 %"));
     }
 
     #[test]

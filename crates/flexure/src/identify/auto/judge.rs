@@ -1,6 +1,6 @@
 //! Which of the candidates the fresh samples support: tests and comparisons, no fits.
 
-use super::limits::{CUT, TOLERATED_SHARE};
+use super::limits::{CUT, TOLERATED_SHARE, TRIFLING_MISFIT};
 use super::remainder::explained;
 use super::symptoms::{Symptom, symptoms};
 use super::{Refutation, rank};
@@ -50,10 +50,10 @@ impl<'a> Judged<'a> {
     /// Whether the candidate makes it unnecessary to fit a more complex structure: it leaves white noise; or the structure is a general
     /// one, and the candidate holds and has the `least` error of all.
     ///
-    /// A simple candidate holds here only if no test refutes it: a general structure may explain even a negligible misfit.
+    /// A simple candidate holds here only if the misfit that a test detects is tiny: a general structure may explain a negligible one.
     pub fn suffices(&self, structure: &Structure, least: f64) -> bool {
         let own = rank(self.structure);
-        let holds = || self.verdict.holds() && (self.verdict.refutation().is_none() || own >= Some(Rank::General));
+        let holds = || self.verdict.holds() && (self.verdict.misfit() < TRIFLING_MISFIT || own >= Some(Rank::General));
         let is_enough = || structure.rank >= Some(Rank::General) && holds() && self.error() <= least;
         own < structure.rank && (self.leaves_white_noise() || is_enough())
     }

@@ -4,6 +4,9 @@
 pub(super) const CUT: f64 = 6.0;
 /// A mean squared error that is larger by less than this share counts as equal: the candidates' estimation errors differ. Convention.
 pub(super) const TOLERATED_SHARE: f64 = 0.02;
+/// A misfit below this share of the output's standard deviation is not worth a search for a loop or parallel branches, which take longest.
+/// Convention: a tenth of what is negligible.
+pub(super) const TRIFLING_MISFIT: f64 = 0.001;
 
 /// The error's regression: lags of every signal. Convention.
 pub(super) const LAGS: usize = 12;

@@ -16,7 +16,8 @@
 //!   hysteresis or a drift.
 //!
 //! If a simple candidate leaves white noise, more complex ones are not fitted. A loop and parallel branches contain most others and take
-//! longest: they are fitted only if nothing simpler both holds and has the least error so far. Nothing here is random.
+//! longest: they are fitted only if nothing simpler both holds, with a misfit below 0.1 % of the output's standard deviation, and has the
+//! least error so far. Nothing here is random.
 //!
 //! If no candidate holds, the result says what the error of the chosen one looks like: something in a loop, a drift in time,
 //! hysteresis, outliers.
