@@ -53,4 +53,5 @@ pub use temporary::{TemporaryFolder, remove_temporaries};
 pub use text::read_text;
 pub use time::{Instants, TimeColumn};
 pub use topic::Topic;
+pub use units::unit_at_end;
 pub use write::{check_record_writable, write_record, write_record_with_units};

@@ -5,7 +5,7 @@ use flexure::record::SampleClock;
 
 use crate::error::{Error, Result};
 use crate::record_file::RecordFile;
-use crate::units::split_unit;
+use crate::units::{split_unit, unit_at_end};
 use flexure::text::visible;
 
 /// Names of columns of instants, in lower case: in English, German, French, Spanish, Italian and Portuguese, the Nordic
@@ -244,10 +244,11 @@ impl RecordFile {
         found.map_or(name, String::as_str)
     }
 
-    /// The unit of a column, if the file has it.
+    /// The unit of a column, if the file has it; otherwise the one at the end of its name ([`unit_at_end`]).
     pub fn unit(&self, name: &str) -> Option<&str> {
         let index = self.record.names().iter().position(|n| n == name)?;
-        self.units.get(index)?.as_deref()
+        let own = self.units.get(index).and_then(Option::as_deref);
+        own.or_else(|| Some(unit_at_end(name)?.1))
     }
 }
 

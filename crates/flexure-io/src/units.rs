@@ -15,6 +15,29 @@ pub(crate) fn split_unit(field: &str) -> (String, Option<String>) {
     (field.to_owned(), None)
 }
 
+/// Ends of names that can only be a unit, and the unit. Shorter ones, such as `_m` or `_s`, may be an index.
+const ENDS: [(&str, &str); 12] = [
+    ("_rad_s", "rad/s"),
+    ("_radps", "rad/s"),
+    ("_rads", "rad/s"),
+    ("_deg_s", "deg/s"),
+    ("_degps", "deg/s"),
+    ("_dps", "deg/s"),
+    ("_rad", "rad"),
+    ("_mrad", "mrad"),
+    ("_deg", "deg"),
+    ("_rpm", "rpm"),
+    ("_Nm", "Nm"),
+    ("_mm", "mm"),
+];
+
+/// A name without the unit at its end, and that unit: `q` and `deg` of `q_deg`. `None` if the name does not end in a unit that can be
+/// nothing else.
+pub fn unit_at_end(name: &str) -> Option<(&str, &'static str)> {
+    let found = |(end, unit): &(&str, &'static str)| Some((name.strip_suffix(end)?, *unit));
+    ENDS.iter().find_map(found).filter(|(base, _)| !base.is_empty())
+}
+
 /// Splits the units off these names, unless the name would then equal another one.
 pub(crate) fn split_units(names: &mut [String]) -> Vec<Option<String>> {
     let split: Vec<(String, Option<String>)> = names.iter().map(|name| split_unit(name)).collect();
@@ -41,5 +64,15 @@ mod tests {
         assert_eq!(names, ["Time", "q [deg]", "q [rad]", "u", "y", "[x]"]);
         let expected = [Some("s"), Some("deg"), Some("rad"), Some("V"), None, None];
         assert_eq!(units, expected.map(|unit| unit.map(str::to_owned)));
+    }
+
+    #[test]
+    fn a_unit_at_the_end_of_a_name_counts_where_it_can_be_nothing_else() {
+        assert_eq!(unit_at_end("q_deg"), Some(("q", "deg")));
+        assert_eq!(unit_at_end("motor_speed_rad_s"), Some(("motor_speed", "rad/s")));
+        assert_eq!(unit_at_end("tau_Nm"), Some(("tau", "Nm")));
+        for name in ["q_m", "u_s", "x_n", "_deg", "deg", "tau_nm"] {
+            assert_eq!(unit_at_end(name), None, "{name}");
+        }
     }
 }

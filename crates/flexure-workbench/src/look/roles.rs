@@ -1,5 +1,7 @@
 //! The quantities of columns, from their names.
 
+use flexure_io::unit_at_end;
+
 /// What a column's name says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
@@ -117,6 +119,7 @@ const COMMANDED: [&str; 8] = ["ref", "cmd", "command", "set", "soll", "des", "de
 
 /// The meaning of a name, and the number at its end: the number of the joint.
 pub fn role(name: &str) -> Option<(Role, &str)> {
+    let name = without_unit(name);
     plain_role(name).or_else(|| {
         let (quantity, is_commanded) = unqualified(name)?;
         let (role, number) = plain_role(quantity)?;
@@ -125,6 +128,11 @@ pub fn role(name: &str) -> Option<(Role, &str)> {
             _ => (role, number),
         })
     })
+}
+
+/// A name without a unit at its end.
+fn without_unit(name: &str) -> &str {
+    unit_at_end(name).map_or(name, |(base, _)| base)
 }
 
 /// The meaning of a name without words for measured and commanded values.
@@ -157,6 +165,7 @@ pub fn is_neutral(name: &str) -> bool {
 
 /// Whether a name says that the column is a torque, and not only a signal that may drive one.
 pub fn is_torque(name: &str) -> bool {
+    let name = without_unit(name);
     let quantity = unqualified(name).map_or(name, |(quantity, _)| quantity);
     ["tau", "torque", "motortorque"].contains(&split(quantity).0.as_str())
 }
@@ -194,6 +203,10 @@ mod tests {
             ("q2_ref", Some((Role::Reference, "2"))),
             ("tau_cmd", Some((Role::Torque, ""))),
             ("Actual Position", Some((Role::Position, ""))),
+            ("q1_deg", Some((Role::Position, "1"))),
+            ("q_ref_deg", Some((Role::Reference, ""))),
+            ("tau_Nm", Some((Role::Torque, ""))),
+            ("speed_rpm", Some((Role::Velocity, ""))),
             ("act", None),
             ("flow_cmd", None),
             ("temperature", None),
@@ -202,6 +215,7 @@ mod tests {
             assert_eq!(role(name), expected, "{name}");
         }
         assert!(is_neutral("c0") && is_neutral("u") && !is_neutral("fuel") && !is_neutral("tau"));
+        assert!(is_torque("tau_Nm") && !is_torque("force_N"));
         assert!(is_torque_constant("gtau") && is_torque_constant("Torque_constant") && !is_torque_constant("kp"));
     }
 }
