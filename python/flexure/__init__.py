@@ -1,6 +1,6 @@
 """Flexure: the nonlinear blocks inside systems, from input-output records.
 
-See https://docs.rs/flexure for the methods; `flexure.regression` for static nonlinearities.
+`docs/theory` in the repository explains the methods. `flexure.regression` is for static nonlinearities.
 """
 
 from importlib import import_module

@@ -155,7 +155,7 @@ class Hammerstein(System):
 class Linear(System):
     """Linear dynamics alone, of one input or several: what every nonlinear model should be better than.
 
-    Poles, delays and numerators are those whose free run goes on best through samples held back.
+    Poles, delays and numerators are those of the smallest model whose free run predicts the held-back samples as well as the best one's.
 
     Parameters
     ----------
@@ -266,10 +266,10 @@ class HammersteinWiener(System):
 class Feedback(System):
     """Linear dynamics with a static nonlinearity in a feedback loop: friction on a velocity, a spring on an angle.
 
-    ``nonlinearity_`` is the constant input that holds what enters it, if a constant passes around the loop (``result_["convention"]`` is
-    then "holding-input"). ``result_["entering"]`` says what enters it: "output", "difference" (of the output, from sample to sample) or
-    "hidden". ``result_["state_space"]`` is the linear part; ``result_`` has its transfer functions too: "input_to_output",
-    "nonlinearity_to_output", "input_to_nonlinearity" and, from the nonlinearity back to itself, "around".
+    ``nonlinearity_`` gives, at z, the constant input that holds the entering signal at the value z, if a constant passes around the loop
+    (``result_["convention"]`` is then "holding-input"). ``result_["entering"]`` says what enters it: "output", "difference" (of the
+    output, from sample to sample) or "hidden". ``result_["state_space"]`` is the linear part; ``result_`` has its transfer functions too:
+    "input_to_output", "nonlinearity_to_output", "input_to_nonlinearity" and, from the nonlinearity back to itself, "around".
 
     Parameters
     ----------

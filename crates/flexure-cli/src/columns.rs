@@ -42,7 +42,7 @@ impl Connected {
                     _ => (first, second),
                 };
                 print_note(&format!(
-                    "note: {}: the input is '{input}', the output '{output}'; these two are all signals (--input and --output name others)",
+                    "note: {}: the input is '{input}', the output '{output}'; the file has no other signals (--input and --output swap them)",
                     shown_path(&file.path)
                 ));
                 (inputs.unwrap_or(vec![input]), output)

@@ -31,7 +31,7 @@ fn identified(folder: &Folder, arguments: &str) -> (Value, Value, String) {
 fn a_record_with_two_signals_needs_no_names() {
     let folder = Folder::new();
     folder.write("two.csv", text("volts,speed", &["u", "y"], 600));
-    let note = "note: two.csv: the input is 'volts', the output 'speed'; these two are all signals (--input and --output name others)\n";
+    let note = "note: two.csv: the input is 'volts', the output 'speed'; the file has no other signals (--input and --output swap them)\n";
     assert_eq!(
         identified(&folder, "two.csv"),
         ("volts".into(), "speed".into(), note.to_owned())

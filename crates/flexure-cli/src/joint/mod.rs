@@ -31,8 +31,8 @@ use log::{Columns, Names, Number};
 /// files, with -1 and -2 before their extension. Velocities and accelerations need not be logged.
 ///
 /// With --axis 1..6, every axis of a log is identified alone: {} in the names of columns stands for the axis. The result is a table with a
-/// row per axis; an axis that cannot be identified has its reason there, and the others go on. The exit code is 0 if at least one axis was
-/// identified. Curves go to a file an axis, with the axis before the extension.
+/// row per axis. If an axis cannot be identified, its row gives the reason; the other axes are still identified. The exit code is 0 if at
+/// least one axis was identified. Curves go to a file an axis, with the axis before the extension.
 ///
 /// The curves of friction and stiffness are estimated without a form, with confidence bands. Then forms with physical parameters are fitted.
 /// Each parameter has a standard error, or the range that the data support. A record is CSV, columns between spaces, Parquet, MAT, HDF5,

@@ -275,7 +275,10 @@ impl<'a> Command<'a> {
             self.options.push("--prismatic".to_owned());
         } else if self.constant.is_some_and(|(name, _)| is_force_constant(name)) {
             self.options.push("--prismatic".to_owned());
-            self.notes.push("The constant is called as that of an axis which moves along a line: leave --prismatic out if it turns.".to_owned());
+            self.notes.push(
+                "The constant's name suggests an axis that moves along a line; leave out --prismatic if it turns."
+                    .to_owned(),
+            );
         } else if file.unit(joint.position).is_none() && !is_torque(joint.torque) {
             self.notes
                 .push("Add --prismatic if the axis moves along a line: positions in m, forces in N.".to_owned());

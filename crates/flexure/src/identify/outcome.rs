@@ -273,7 +273,7 @@ impl Verdict {
         let least = if colour.is_empty() { "" } else { "at least " };
         format!(
             "{explains} It does not hold{exactly}: {least}{} ({by}), a misfit of {least}{misfit} of the output's standard deviation.{colour} \
-             Another structure may explain it, or it is the estimate's own error.",
+             A structure that was not tried may explain it, or it is the estimate's own error.",
             test.finding()
         )
     }

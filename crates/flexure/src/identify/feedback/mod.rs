@@ -190,7 +190,7 @@ fn details(units: &InUnits, best: &LoopCandidate, approximations: &[f64], output
     let (convention, meaning) = match units.convention {
         Convention::HoldingInput => (
             "holding-input",
-            "the constant input that holds what enters it: friction of a velocity, the spring of an angle",
+            "f(z) is the constant input that holds the entering signal at the value z",
         ),
         Convention::NoTangent => (
             "no-tangent",

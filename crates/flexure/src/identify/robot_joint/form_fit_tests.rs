@@ -75,8 +75,8 @@ fn a_difference_of_two_alike_has_a_positive_factor() {
     }
 }
 
-/// Terms that make up for each other have their lowest sum now and then at ones that no friction has; what an arm can have fits as
-/// well there, as the truth does.
+/// Terms that can be traded for each other have their lowest sum now and then at ones that no friction has; what an arm can have
+/// fits as well there, as the truth does.
 #[test]
 fn a_friction_that_no_arm_has_gives_way_to_one_that_fits_as_well() {
     use rand::SeedableRng;

@@ -189,11 +189,11 @@ fn details(found: &Search, levels: Option<Vec<f64>>) -> Vec<Detail> {
         chosen: (orders.poles + orders.integrators) as f64,
     };
     let note = format!(
-        "fewest parameters among the systems whose free run goes on as well as the best through samples held back; fitted by the {}",
+        "the smallest model whose free run predicts the held-back samples as well as the best one's; fitted by the {}",
         found.criterion.name()
     );
     let integrates = levels.map(|levels| {
-        let note = "poles at 1, as the free run goes on better with them; the input at which the output would stand still counts as zero";
+        let note = "poles at 1, as the free run predicts better with them; the input at which the output would stand still counts as zero";
         let at = levels.iter().map(|l| number(*l)).collect::<Vec<_>>().join(", ");
         let text = format!("{} (input level {at})", orders.integrators);
         [
