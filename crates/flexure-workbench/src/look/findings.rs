@@ -4,6 +4,7 @@ use flexure::look::{Clock, Column, ColumnRelation, Look, Relation, Stop};
 use flexure::text::{capitalised, counted, number, short};
 use flexure_io::RecordFile;
 
+use super::preparations::even_behind_stamps;
 use crate::text::quoted;
 
 /// Samples that a sentence lists.
@@ -100,6 +101,15 @@ impl List<'_> {
         };
         if clock.missing > 0 {
             self.warn(format!("'{name}' lacks {}.", counted(clock.missing, "instant")));
+        }
+        if let Some(step) = even_behind_stamps(look, self.file) {
+            self.note(format!(
+                "'{name}' repeats {} and has {} of about two steps, but no row is there twice, and there are just the samples that one every {} s needs: the stamps jitter, not the samples.",
+                counted(clock.backwards.len(), "instant"),
+                counted(clock.gaps.len(), "step"),
+                number(step * seconds)
+            ));
+            return;
         }
         if !clock.backwards.is_empty() {
             let places = self.places(&clock.backwards);

@@ -113,6 +113,36 @@ fn longest_stretch(clock: &Clock, samples: usize) -> Range<usize> {
     stretches.rev().max_by_key(Range::len).unwrap_or(0..samples)
 }
 
+/// The longest step of stamps that come early or late, in steps.
+const LATEST: f64 = 2.5;
+
+/// The sample time of a record whose stamps are uneven while its samples are not: as stamps repeat, others are late, and there are exactly as
+/// many samples as a sample time of few digits needs for the duration. Stamps of whole seconds that jitter are an example.
+pub(super) fn even_behind_stamps(look: &Look, file: &RecordFile) -> Option<f64> {
+    let clock = look
+        .clock
+        .as_ref()
+        .filter(|clock| !clock.backwards.is_empty() && clock.missing == 0)?;
+    let samples = file.record.len();
+    let is_twice = |i: usize| {
+        let others = (0..look.columns.len()).filter(|c| Some(*c) != look.time);
+        let columns = others.filter_map(|c| file.record.column(&look.columns[c].name).ok());
+        let mut columns = columns.map(|x| (x[i - 1], x[i]));
+        columns.all(|(before, own)| before == own || (before.is_nan() && own.is_nan()))
+    };
+    let is_late = |steps: f64| steps <= LATEST;
+    let repeats = has_repeated_rows_only(look, file, clock) && !clock.backwards.iter().any(|&i| is_twice(i));
+    if !repeats || !clock.gaps.iter().all(|gap| is_late(gap.steps)) {
+        return None;
+    }
+    let mean = clock.duration / (samples - 1) as f64;
+    // With more samples, a number of more digits is no coincidence.
+    let digits = (samples as f64).log10().floor() as usize - 1;
+    let step: f64 = format!("{mean:.*e}", digits.saturating_sub(1)).parse().ok()?;
+    let is_whole = (clock.duration - step * (samples - 1) as f64).abs() < 0.5 * clock.step;
+    is_whole.then_some(step)
+}
+
 /// Whether so few samples are lost in each gap that they are interpolated.
 fn loses_few(clock: &Clock) -> bool {
     let is_short = |steps: f64| steps <= LONGEST_FILLED as f64 + 1.0;

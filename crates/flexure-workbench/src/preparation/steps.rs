@@ -4,7 +4,7 @@ use anyhow::{Context as _, Result, bail};
 use flexure::Record;
 use flexure::preparation::{Between, Grid, LowPass, Outliers, Resampling, Trend, mean};
 use flexure::text::{counted, short};
-use flexure_io::check_computed;
+use flexure_io::{check_computed, unit_at_end};
 
 use super::table::Table;
 use super::{Column, Columns, Conversion, Cut, Done, Preparation, units};
@@ -91,12 +91,9 @@ pub(super) fn convert(table: &mut Table, conversions: &[Conversion], done: &mut 
     for Conversion { column, from, to } in conversions {
         let Some(column) = table.column(column) else { continue };
         let name = &column.name;
-        let from = match (from, &column.unit) {
-            (Some(from), _) => from.clone(),
-            (None, Some(unit)) => unit.clone(),
-            (None, None) => {
-                bail!("the record does not say the unit of column '{name}'; give both: {name}=UNIT:{to}")
-            }
+        let own = || column.unit.clone().or_else(|| Some(unit_at_end(name)?.1.to_owned()));
+        let Some(from) = from.clone().or_else(own) else {
+            bail!("the record does not say the unit of column '{name}'; give both: {name}=UNIT:{to}")
         };
         let conversion = units::conversion(&from, to).with_context(|| format!("column '{name}'"))?;
         say(done, "convert", format!("'{name}' is converted from {from} to {to}"));
@@ -141,6 +138,21 @@ pub(super) fn outliers(table: &mut Table, columns: &Columns, rule: Outliers, don
     Ok(())
 }
 
+/// What is said of a column's missing samples in gaps of at most this length: they are interpolated.
+fn bridged(column: &Column, longest_gap: usize) -> Option<String> {
+    let [first, last] = [
+        column.samples.iter().position(|x| x.is_finite())?,
+        column.samples.iter().rposition(|x| x.is_finite())?,
+    ];
+    let gaps = column.samples[first..=last].chunk_by(|a, b| a.is_finite() == b.is_finite());
+    let missing: usize = gaps
+        .filter(|gap| !gap[0].is_finite() && gap.len() <= longest_gap)
+        .map(<[f64]>::len)
+        .sum();
+    let are = if missing == 1 { "is" } else { "are" };
+    (missing > 0).then(|| format!("{} missing of '{}' {are} interpolated", samples(missing), column.name))
+}
+
 /// Brings all columns to a grid; `old` is the step before.
 pub(super) fn resample(
     table: &mut Table,
@@ -152,6 +164,10 @@ pub(super) fn resample(
     let before = table.len();
     check_computed(grid.samples, table.columns.len() + 1)?;
     let Some(t) = table.instants.take() else { return Ok(()) };
+    let repeated = t.windows(2).filter(|w| w[0] == w[1]).count();
+    let bridged: Vec<String> = (table.columns.iter())
+        .filter_map(|column| bridged(column, preparation.longest_gap))
+        .collect();
     for column in &mut table.columns {
         let resampling = Resampling {
             between: match preparation.held.contains(&column.name) {
@@ -178,9 +194,20 @@ pub(super) fn resample(
             short(Resampling::cutoff(&grid))
         ));
     }
+    if repeated > 0 {
+        let is = if repeated == 1 { "has" } else { "have" };
+        let rows = counted(repeated, "row");
+        text.push_str(&format!(
+            "; {rows} {is} the instant of the row before, and the mean of both counts"
+        ));
+    }
     if filled > 0 {
         let are = if filled == 1 { "is" } else { "are" };
-        text.push_str(&format!("; {} {are} interpolated", counted(filled, "gap")));
+        let gaps = counted(filled, "gap");
+        text.push_str(&format!("; {gaps} in time {are} interpolated"));
+    }
+    for bridged in bridged {
+        text.push_str(&format!("; {bridged}"));
     }
     let held = table.columns.iter().map(|c| &*c.name);
     let held: Vec<&str> = held

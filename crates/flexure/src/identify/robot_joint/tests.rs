@@ -160,16 +160,21 @@ fn a_skew_between_the_encoders_is_found_and_taken_back() {
 /// A rigid axis of inertia 20 with friction, by Euler's method with short steps; position and torque with noise.
 fn axis(samples: usize, bias: f64) -> (Vec<f64>, Vec<f64>) {
     let tau: Vec<f64> = torque(samples, 3.0).iter().map(|t| t + bias).collect();
+    driven(&tau)
+}
+
+/// The same axis under this torque, which acts as it is.
+fn driven(tau: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let (mut q, mut v) = (0.0, 0.0);
     let mut position = Vec::new();
-    for t in &tau {
+    for t in tau {
         position.push(q);
         for _ in 0..10 {
             v += (t - 2.0 * (200.0_f64 * v).tanh() - 4.0 * v) / 20.0 * STEP / 10.0;
             q += v * STEP / 10.0;
         }
     }
-    (noisy(&position, 1e-5, 5), noisy(&tau, 0.05, 6))
+    (noisy(&position, 1e-5, 5), noisy(tau, 0.05, 6))
 }
 
 fn rigid<'a>(position: &'a [f64], torque: &'a [f64]) -> RigidJoint<'a> {

@@ -55,6 +55,32 @@ fn a_torque_clipped_before_its_noise_and_angles_in_degrees_are_said() {
 }
 
 #[test]
+fn a_torque_that_the_drive_limits_is_not_clipped() {
+    let torque: Vec<f64> = torque(20_000, 3.0);
+    for limit in [5.0, 8.0] {
+        let limited: Vec<f64> = torque.iter().map(|t| t.clamp(-limit, limit)).collect();
+        let (position, measured) = driven(&limited);
+        // Measured with noise, and as the command that the drive limited.
+        for torque in [&measured, &limited] {
+            assert!(super::checks::clipped(torque).is_some(), "at {limit}");
+            let found = rigid(&position, torque).identify().unwrap();
+            let is_clipped = |f: &Finding| matches!(f, Finding::ClippedTorque { .. });
+            assert!(
+                !found.findings.iter().any(is_clipped),
+                "at {limit}: {:?}",
+                found.findings
+            );
+            let Estimated { value, standard_error } = found.inertia;
+            assert!(
+                (value - 20.0).abs() < 4.0 * standard_error + 0.02,
+                "at {limit}: {:?}",
+                found.inertia
+            );
+        }
+    }
+}
+
+#[test]
 fn bad_logs_are_refused_or_remarked_on() {
     let (position, torque) = axis(20_000, 0.0);
     let message = |error: Error| error.to_string();
