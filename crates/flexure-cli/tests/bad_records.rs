@@ -170,7 +170,7 @@ fn sample_times_that_are_not_uniform() {
         (
             "twice.csv",
             [0.0, 1.0, 1.0, 2.0, 3.0],
-            "twice.csv, line 4: the sample times do not increase: the step to sample 2 is 0 s; put the samples in order of time, one an instant",
+            "twice.csv, line 4: the sample times do not increase: the step to sample 2 is 0 s; flexure prepare, --resample S -o prepared.csv, takes the mean of samples at one instant",
         ),
         (
             "unknown.csv",

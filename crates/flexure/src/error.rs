@@ -15,6 +15,14 @@ mod simulation;
 
 use crate::text::{counted, decimal, exact, list, number, short};
 
+/// What to do about a step of time, in s, that is not positive.
+fn in_order(step: f64) -> &'static str {
+    match step == 0.0 {
+        true => "flexure prepare, --resample S -o prepared.csv, takes the mean of samples at one instant",
+        false => "put the samples in order of time, one an instant",
+    }
+}
+
 pub use arm::ArmError;
 pub use simulation::{IntegrationFailure, SimulationError, Stopped};
 
@@ -218,7 +226,7 @@ pub enum DataError {
     },
     /// The time column repeats an instant or goes back.
     #[error(
-        "the sample times do not increase: the step to sample {sample} is {step} s; put the samples in order of time, one an instant"
+        "the sample times do not increase: the step to sample {sample} is {step} s; {}", in_order(*.step)
     )]
     TimeNotIncreasing {
         /// The sample at the end of the step, from 0.

@@ -115,9 +115,8 @@ impl Judged {
                 y.len()
             );
         }
-        // After the settling time, the initial state no longer matters.
-        let start = judging.initial_state.or((skip >= settling).then_some(Start::Steady));
-        let free = FreeRun::new(&model.block, file, inputs, Some(y), start)?;
+        // Even after the settling time, an unknown initial state may leave more than the noise.
+        let free = FreeRun::new(&model.block, file, inputs, Some(y), judging.initial_state)?;
         let error = |i: usize| if i < skip { f64::NAN } else { y[i] - free.output[i] };
         let outliers = standing_alone(&(0..y.len()).map(error).collect::<Vec<f64>>());
         let left_out: HashSet<usize> = outliers.iter().copied().filter(|_| judging.robust).collect();

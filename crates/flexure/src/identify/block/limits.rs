@@ -307,3 +307,6 @@ pub const AS_GOOD_RESTARTED: f64 = 1.5;
 pub const BAND_STEP: f64 = 1e-3;
 /// Points of a band; it is interpolated between them.
 pub const BAND_POINTS: usize = 201;
+
+/// A change of the slope below this share of the steepest slope is not called a kink. Convention.
+pub const SLIGHT_KINK: f64 = 0.05;

@@ -1,6 +1,6 @@
 //! The static nonlinearity: a cubic spline, straight on beyond its ends, and kinks.
 
-use super::limits::SAMPLES_IN_COARSE_PIECE;
+use super::limits::{SAMPLES_IN_COARSE_PIECE, SLIGHT_KINK};
 use crate::nonlinearity::spline::basis::{CubicSplines, LocalCubics};
 
 /// A cubic spline in B-splines, and changes of its slope at points.
@@ -90,6 +90,20 @@ impl KinkedSpline {
         let mut within: Vec<f64> = places.filter(|at| (low..=high).contains(at)).collect();
         within.sort_unstable_by(f64::total_cmp);
         within
+    }
+
+    /// The same without slight kinks, which are part of the approximation of a smooth curve.
+    pub fn clear_kinks_within(&self, range: [f64; 2]) -> Vec<f64> {
+        let slope = |x: &f64| self.tangent(*x, &self.local(*x)).slope.abs();
+        let at = self.breakpoints().iter().chain(self.kinks.iter().map(|k| &k.at));
+        let steepest = at.map(slope).fold(0.0, f64::max);
+        let is_clear = |at: &f64| {
+            let mut kinks = self.kinks.iter();
+            kinks.any(|k| k.at == *at && k.bend.abs() >= SLIGHT_KINK * steepest)
+        };
+        let mut clear = self.kinks_within(range);
+        clear.retain(is_clear);
+        clear
     }
 
     /// Becomes the identity.

@@ -86,7 +86,7 @@ impl Blocks {
         let entering: Vec<f64> = s.intermediate(&data.u).flat_map(|w| w[data.from..].to_vec()).collect();
         let range = s.spline.range_with(&entering);
         let inner = abscissas(&s.spline, range);
-        let kinks = s.spline.kinks_within(range);
+        let kinks = s.spline.clear_kinks_within(range);
         let nonlinearity = |front: &Rational| {
             let curve = table(inner.iter().copied(), |x| abscissa(x, front), ordinate)?;
             let [breakpoints, kinks] = [s.spline.breakpoints(), &kinks].map(|at| mapped(at, |x| abscissa(x, front)));
@@ -203,7 +203,7 @@ pub(in crate::identify) fn tabulated(
     let range = spline.range_with(entering);
     let (points, kinks) = match few_levels(entering) {
         Some(levels) if levels.len() > 1 => (levels, Vec::new()),
-        _ => (abscissas(spline, range), spline.kinks_within(range)),
+        _ => (abscissas(spline, range), spline.clear_kinks_within(range)),
     };
     Ok(StaticBlock::spline(
         table(points.into_iter(), &abscissa, |x| ordinate(spline.value(x)))?,
