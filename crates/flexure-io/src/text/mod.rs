@@ -195,8 +195,8 @@ fn head_of(input: &mut impl Read) -> std::io::Result<Vec<u8>> {
 }
 
 /// Dates and times of day in two columns become time stamps in the column of the times; the other column is taken away. If there are
-/// other time stamps besides, all columns stay. Returns the name of that column and a sentence on it.
-fn join_dates(columns: &mut Vec<Column>, units: &mut Vec<Option<String>>) -> Option<(String, String)> {
+/// other time stamps besides, all columns stay. Returns the name of that column and sentences on it.
+fn join_dates(columns: &mut Vec<Column>, units: &mut Vec<Option<String>>) -> Option<(String, Vec<String>)> {
     let stamps: Vec<usize> = (0..columns.len()).filter(|&i| columns[i].part().is_some()).collect();
     let [a, b] = stamps[..] else { return None };
     let (date, time) = match (columns[a].part(), columns[b].part()) {
@@ -212,7 +212,8 @@ fn join_dates(columns: &mut Vec<Column>, units: &mut Vec<Option<String>>) -> Opt
         "columns '{}' and '{}' are together a date and a time",
         dates.name, columns[time].name
     );
-    Some((dates.name, note))
+    let notes = dates.words().into_iter().chain([note]).collect();
+    Some((dates.name, notes))
 }
 
 /// The record of the columns that are signals, and what the others are.
@@ -224,7 +225,7 @@ fn assemble(path: &Path, mut layout: Layout, mut columns: Vec<Column>, options: 
     let mut notes = layout.notes;
     let mut texts: Vec<String> = Vec::new();
     let (date, joined) = joined.unzip();
-    notes.extend(joined);
+    notes.extend(joined.into_iter().flatten());
     for (column, unit) in columns.into_iter().zip(layout.units) {
         for text in column.texts() {
             if !texts.contains(text) {
@@ -295,7 +296,8 @@ pub(crate) fn left_out(others: &[Other], stamps: &[usize]) -> Option<String> {
         count => format!("column '{name}' and {} others are left out", count - 1),
     };
     let reason = format!("{which}: {first}");
-    let remedy = match instants.is_some() && first.is_text() {
+    let needs_format = instants.is_some() && first.is_text() && !reason.contains("--time-format");
+    let remedy = match needs_format {
         true => {
             " (--time-format says how time stamps or dates are written, as in \"%d.%m.%Y %H:%M:%S%.f\" or \"%m/%d/%Y\")"
         }
