@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::read;
+use common::{read, refused};
 
 #[test]
 fn the_newest_sample_first_with_instants_that_neighbours_share() {
@@ -31,4 +31,13 @@ fn the_newest_sample_first_with_instants_that_neighbours_share() {
     // A clock that stands still has no order.
     let file = read("stopped_clock", "t,u\n5,1\n5,2\n5,3\n");
     assert_eq!(file.column("u").unwrap(), [1.0, 2.0, 3.0]);
+}
+
+#[test]
+fn twice_as_many_fields_between_tabs_are_no_decimal_commas() {
+    let said = refused("tabs_twice", "t\tu\n0\t1\n1\t2\t3\t4\n2\t3\n");
+    assert!(
+        said.contains("4 fields where there are 2 columns; every line"),
+        "{said}"
+    );
 }

@@ -60,7 +60,7 @@ impl<'a> Rows<'a> {
             self.remarks.push(line);
             return Ok(());
         }
-        match read_row(row, line, &mut self.columns, &mut self.numbers, options) {
+        match read_row(row, line, &mut self.columns, &mut self.numbers, layout, options) {
             Ok(()) => {
                 self.lines.note(self.samples, line);
                 self.samples += 1;
@@ -124,6 +124,7 @@ fn read_row<'a>(
     line: u64,
     columns: &mut [Column<'a>],
     numbers: &mut Numbers,
+    layout: &Layout,
     options: &'a ReadOptions,
 ) -> std::result::Result<(), LineProblem> {
     for (end, problem) in [
@@ -141,6 +142,7 @@ fn read_row<'a>(
             found: row.len(),
             expected: columns.len(),
             table: None,
+            commas: layout.separator == Some(b','),
         });
     }
     for (column, field) in columns.iter_mut().zip(row) {
