@@ -130,7 +130,7 @@ impl RecordFile {
 
     /// Whether a column of this name has instants.
     fn is_clock(&self, name: &str) -> bool {
-        is_time(name) || self.origins.iter().any(|(column, _)| column == name)
+        is_time(name) || self.axis() == Some(name) || self.origins.iter().any(|(column, _)| column == name)
     }
 
     /// Takes the rows from the last to the first where no column of instants ever increases, and one decreases: many historians write the

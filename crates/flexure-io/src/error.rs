@@ -255,6 +255,16 @@ pub enum LineProblem {
         /// The field's text, shortened to 40 characters.
         text: String,
     },
+    /// A field lacks the name that the fields of its column begin with.
+    #[error(
+        "'{text}' does not begin with '{name}=', as this field does in the first row; correct the line, or remove it"
+    )]
+    NoName {
+        /// The column's name.
+        name: String,
+        /// The field's text, shortened to 40 characters.
+        text: String,
+    },
     /// The first line has texts and numbers, and the columns below the texts have texts too.
     #[error(
         "this line has texts as well as the number {text}; say --header yes if it has the columns' names, --header no if it is the first sample"

@@ -1,5 +1,6 @@
 //! The columns of a text file: numbers, time stamps, or texts that cannot serve as signals.
 
+use super::fields::is_identifier;
 use super::numbers::{Numbers, before_unit, is_missing, readable_number};
 use super::stamps::{self, Part, Stamps};
 use crate::error::LineProblem;
@@ -47,6 +48,15 @@ impl Switch {
         seen[state] = true;
         Some(state as f64)
     }
+}
+
+/// Evenly spaced instants, s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Axis {
+    pub(super) start: f64,
+    pub(super) step: f64,
+    /// Whether the column counts the samples; otherwise it is empty.
+    pub(super) counts: bool,
 }
 
 /// One column as it is read.
@@ -169,7 +179,7 @@ impl<'a> Column<'a> {
                 let text = shorten(field);
                 let is_first = matches!(self.kind, Kind::Undecided);
                 let why = match is_first {
-                    true => Unusable::Is(format!("text, such as '{text}' on line {line}")),
+                    true => Unusable::Is(format!("text, such as '{text}' on line {line}{}", named_fields(field))),
                     false => Unusable::At {
                         line,
                         problem: LineProblem::NotANumber {
@@ -384,6 +394,19 @@ impl<'a> Column<'a> {
         }
     }
 
+    /// Takes the instants that the heading of the file states.
+    pub(super) fn put_on(&mut self, axis: Axis) {
+        match self.kind {
+            Kind::Undecided if !axis.counts => {
+                self.kind = Kind::Numbers;
+                self.values = (0..self.values.len()).map(|k| k as f64).collect();
+            }
+            Kind::Numbers if axis.counts => {}
+            _ => return,
+        }
+        self.values.iter_mut().for_each(|t| *t = axis.start + axis.step * *t);
+    }
+
     /// For time stamps, the origin of their seconds: in ns, and as written in the file.
     pub(super) fn origin(&self) -> Option<(i64, &str)> {
         match &self.kind {
@@ -402,6 +425,16 @@ fn on_its_day(value: f64, last: Option<f64>) -> f64 {
     match last.filter(|last| last.is_finite()) {
         Some(last) => value + DAY * ((last - value) / DAY).round(),
         None => value,
+    }
+}
+
+/// What to do about fields with names, if this is one.
+fn named_fields(field: &str) -> &'static str {
+    match field.split_once('=') {
+        Some((name, _)) if is_identifier(name) => {
+            " (fields such as t=0.01 are read where all rows have the same names)"
+        }
+        _ => "",
     }
 }
 

@@ -3,8 +3,12 @@
 //! [`layout`] decides from the first lines how columns are separated and what their names are. Then every line is read once, and every
 //! column becomes numbers, seconds of time stamps, or a column that is no signal.
 
+mod above;
 mod below;
 mod columns;
+mod fields;
+mod header;
+mod known;
 mod layout;
 mod lines;
 mod numbers;
@@ -21,9 +25,10 @@ use crate::memory::{Budget, LONGEST_TEXT, small_file};
 use crate::model::FORMAT as MODEL;
 use crate::options::ReadOptions;
 use crate::record_file::{Other, RecordFile};
-use crate::time::is_time;
+use crate::time::{SECOND, is_time};
 use columns::Column;
-use layout::{Layout, SEPARATORS};
+use fields::SEPARATORS;
+use layout::Layout;
 use lines::Lines;
 use rows::Rows;
 use stamps::Part;
@@ -218,6 +223,9 @@ fn join_dates(columns: &mut Vec<Column>, units: &mut Vec<Option<String>>) -> Opt
 
 /// The record of the columns that are signals, and what the others are.
 fn assemble(path: &Path, mut layout: Layout, mut columns: Vec<Column>, options: &ReadOptions) -> Result<RecordFile> {
+    if let (Some(axis), Some(first)) = (layout.axis, columns.first_mut()) {
+        first.put_on(axis);
+    }
     let joined = join_dates(&mut columns, &mut layout.units);
     let mut signals = Vec::new();
     let mut units = Vec::new();
@@ -248,7 +256,7 @@ fn assemble(path: &Path, mut layout: Layout, mut columns: Vec<Column>, options: 
         });
         notes.extend(column.words());
         units.push(match stamps.is_some() {
-            true => Some("s".to_owned()),
+            true => Some(SECOND.to_owned()),
             false => unit.or(column.unit().map(str::to_owned)),
         });
         notes.extend(stamps);
