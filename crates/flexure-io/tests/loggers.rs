@@ -161,6 +161,7 @@ fn numpy_savetxt() {
         ("# 1,2,3\n", ","),
         ("# u,u,y\n", ","),
         ("# t,,y\n", ","),
+        ("# rate = 100, rig: 5, Anna\n", ","),
         ("# t,u,y\n\n", ","),
         ("# run,rig,place\n# mm,V,N\n", ","),
     ] {

@@ -89,7 +89,10 @@ pub(super) fn names_in_comment(
         let bytes = text.strip_prefix(b"#")?.trim_ascii_start().to_vec();
         let names = rows(&[Line { number: line, bytes }], separator).pop()?;
         let differ = names.iter().collect::<HashSet<_>>().len() == names.len();
-        let is_name = |name: &String| !name.is_empty() && numbers::readable_number(name, options).is_none();
+        // Settings such as `rate = 100` or `rig: 5` are no names.
+        let is_setting = |name: &String| name.contains('=') || name.contains(": ");
+        let is_number = |name: &String| numbers::readable_number(name, options).is_some();
+        let is_name = |name: &String| !(name.is_empty() || is_number(name) || is_setting(name));
         let fits = names.len() > 1 && names.len() == samples[0].len() && differ && names.iter().all(is_name);
         fits.then_some(names)
     };
