@@ -10,21 +10,17 @@ fn a_number_for_missing_samples_is_seen() {
     let folder = Folder::new();
     let record = folder.known("r.csv", 600, 3);
     let (u, y) = (record.column("u").unwrap(), record.column("y").unwrap());
-    let row = |k: usize| {
-        let y = if k % 35 == 9 {
-            "-9999".to_owned()
-        } else {
-            y[k].to_string()
-        };
+    let row = |k: usize, code: &str| {
+        let y = if k % 35 == 9 { code.to_owned() } else { y[k].to_string() };
         format!("{},{},{y}\n", 0.01 * k as f64, u[k])
     };
-    let rows: String = (0..600).map(row).collect();
-    folder.write("s.csv", format!("t,u,y\n{rows}"));
-    let looked = folder.done("look s.csv");
-    assert!(
-        looked.contains("next: flexure look s.csv --missing-text -9999\n"),
-        "{looked}"
-    );
+    for code in ["-7999", "-9999"] {
+        let rows: String = (0..600).map(|k| row(k, code)).collect();
+        folder.write("s.csv", format!("t,u,y\n{rows}"));
+        let looked = folder.done("look s.csv");
+        let next = format!("next: flexure look s.csv --missing-text {code}\n");
+        assert!(looked.contains(&next), "{looked}");
+    }
     let again = folder.done("look s.csv --missing-text -9999");
     let next = "identify s.csv --input u --output y --structure auto --missing --missing-text -9999 -o model.json --report report.html";
     assert!(

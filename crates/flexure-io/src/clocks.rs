@@ -5,8 +5,8 @@ use std::borrow::Cow;
 use flexure::Record;
 use flexure::text::exact;
 
-use crate::error::{Error, Result};
-use crate::record_file::RecordFile;
+use crate::error::{Error, LineProblem, Result};
+use crate::record_file::{RecordFile, Unusable};
 use crate::time::{DAY, has_unit, is_time, seconds};
 
 /// Seconds from 1970 in the years 2001 to 2099, in which a log was recorded.
@@ -130,17 +130,17 @@ impl RecordFile {
 
     /// Whether a column of this name has instants.
     fn is_clock(&self, name: &str) -> bool {
-        is_time(name) || self.origins.iter().any(|(column, _)| column == name)
+        is_time(name) || self.axis() == Some(name) || self.origins.iter().any(|(column, _)| column == name)
     }
 
-    /// Takes the rows from the last to the first where all columns of instants decrease from row to row: many historians write the newest
-    /// sample first.
+    /// Takes the rows from the last to the first where no column of instants ever increases, and one decreases: many historians write the
+    /// newest sample first. Neighbours may share an instant where its resolution is coarse, and a date may stay the same.
     fn put_in_order(&mut self) -> Result<()> {
         let clocks = || self.record.columns().filter(|(name, _)| self.is_clock(name));
-        let decreases = |samples: &[f64]| samples.len() > 1 && samples.windows(2).all(|pair| pair[1] < pair[0]);
+        let never_increases = |samples: &[f64]| samples.windows(2).all(|pair| pair[1] <= pair[0]);
         let Some((name, _)) = clocks()
-            .next()
-            .filter(|_| clocks().all(|(_, samples)| decreases(samples)))
+            .find(|(_, samples)| samples.first() > samples.last())
+            .filter(|_| clocks().all(|(_, samples)| never_increases(samples)))
         else {
             return Ok(());
         };
@@ -166,7 +166,17 @@ impl RecordFile {
             }
         }
         self.record = Record::new(columns).map_err(|error| Error::data(&self.path, error))?;
-        self.lines.reverse(self.record.len());
+        let count = self.record.len();
+        self.lines.reverse(count);
+        for other in &mut self.others {
+            if let Unusable::At {
+                problem: LineProblem::NotANumber { sample, .. },
+                ..
+            } = &mut other.why
+            {
+                *sample = count.saturating_sub(*sample + 1);
+            }
+        }
         Ok(())
     }
 }

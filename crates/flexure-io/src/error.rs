@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use flexure::error::DataError;
-use flexure::text::shown_path;
+use flexure::text::{counted, shown_path};
 
 use crate::topic::Topic;
 
@@ -231,7 +231,7 @@ pub enum Error {
 pub enum LineProblem {
     /// The line has more or fewer fields than there are columns.
     #[error(
-        "{} where there are {expected} columns; {}", flexure::text::counted(*.found, "field"), ragged_remedy([*.found, *.expected], *.table)
+        "{} where there {}; {}", counted(*.found, "field"), columns(*.expected), ragged_remedy([*.found, *.expected], *.table, *.commas)
     )]
     Ragged {
         /// Fields on this line.
@@ -240,6 +240,8 @@ pub enum LineProblem {
         expected: usize,
         /// The line on which the table seems to begin, if other lines precede it.
         table: Option<u64>,
+        /// Whether commas separate the columns.
+        commas: bool,
     },
     /// A field is text where a number should be.
     #[error(
@@ -250,6 +252,16 @@ pub enum LineProblem {
         column: String,
         /// The sample, from 0.
         sample: usize,
+        /// The field's text, shortened to 40 characters.
+        text: String,
+    },
+    /// A field lacks the name that the fields of its column begin with.
+    #[error(
+        "'{text}' does not begin with '{name}=', as this field does in the first row; correct the line, or remove it"
+    )]
+    NoName {
+        /// The column's name.
+        name: String,
         /// The field's text, shortened to 40 characters.
         text: String,
     },
@@ -339,18 +351,24 @@ pub enum LineProblem {
 
 impl LineProblem {
     /// With the line on which the table seems to begin.
-    pub(crate) fn before_table(self, table: Option<u64>) -> Self {
-        match self {
-            LineProblem::Ragged { found, expected, .. } => LineProblem::Ragged { found, expected, table },
-            other => other,
+    pub(crate) fn before_table(mut self, begins: Option<u64>) -> Self {
+        if let LineProblem::Ragged { table, .. } = &mut self {
+            *table = begins;
         }
+        self
     }
 }
 
+/// How many columns there are, as the end of a sentence.
+fn columns(count: usize) -> String {
+    let verb = if count == 1 { "is" } else { "are" };
+    format!("{verb} {}", counted(count, "column"))
+}
+
 /// What to do about a line with more or fewer fields than columns.
-fn ragged_remedy([found, expected]: [usize; 2], table: Option<u64>) -> String {
+fn ragged_remedy([found, expected]: [usize; 2], table: Option<u64>, commas: bool) -> String {
     match table {
-        _ if expected > 1 && found == 2 * expected => "that is twice as many. If the numbers have decimal commas, commas cannot also separate the columns: write decimal points, or semicolons between the columns".to_owned(),
+        _ if commas && expected > 1 && found == 2 * expected => "that is twice as many. If the numbers have decimal commas, commas cannot also separate the columns: write decimal points, or semicolons between the columns".to_owned(),
         Some(line) => format!("if the table begins on line {line}, say --skip-lines {}", line - 1),
         None => "every line must have one field a column: remove it if it is no sample (--skip-lines N leaves out N lines before the table, --separator says what separates the columns)".to_owned(),
     }

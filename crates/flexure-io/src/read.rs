@@ -40,15 +40,15 @@ impl ReadOptions {
     ///
     /// - Columns are separated by commas, semicolons, tabs, pipes or spaces, whichever divides all lines into equally many fields.
     ///   Lines that begin with `#` are comments; a spreadsheet's first line `sep=;` is passed over.
-    /// - A first line of texts is the header. Units in brackets after the names, or in a second line, become
-    ///   [`RecordFile::units`]. Without a header the columns are called `c0`, `c1`, ...
+    /// - A first line of texts is the header; so is a comment directly above the first row with as many names as there are columns. Units in
+    ///   brackets after the names, or in a second line, become [`RecordFile::units`]. Without a header the columns are called `c0`, `c1`, ...
     /// - Numbers have decimal points, or decimal commas where a comma does not separate columns. A unit may follow each, as in `1.5 V`.
     ///   The words false and true, off and on, no and yes are 0 and 1.
     /// - A mark at the beginning says that the text is UTF-16. Otherwise it is UTF-8, or Latin-1.
-    /// - A column of time stamps (ISO 8601) becomes seconds from its first. A column of texts is no signal; the other columns can still be
-    ///   used.
-    /// - Instants that count ms, µs or ns from 1970 are recognised by their size. Where instants decrease from row to row, the newest sample
-    ///   comes first: the rows are taken from the last to the first.
+    /// - A column of time stamps (ISO 8601, or dates with slashes where a row says whether the month comes first) becomes seconds from its
+    ///   first. A column of texts is no signal; the other columns can still be used.
+    /// - Instants that count ms, µs or ns from 1970 are recognised by their size. Where instants decrease and never increase, the newest
+    ///   sample comes first: the rows are taken from the last to the first.
     /// - An empty field is a missing sample, which is NaN; so are `nan`, `NA`, `null` and the like. Blank lines may only come last,
     ///   or between the header and the samples.
     ///

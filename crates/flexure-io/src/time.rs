@@ -32,6 +32,12 @@ const NAMES: [&str; 16] = [
 /// The name for a column without a name that counts the rows, as pandas writes its index.
 pub(crate) const INDEX: &str = "index";
 
+/// The unit of instants of time stamps, and of those that a file states.
+pub(crate) const SECOND: &str = "s";
+
+/// Names of the first column of oscilloscopes and LabVIEW, in lower case, which has the instants if its unit is one of time.
+const AXES: [&str; 4] = ["x", "xaxis", "xvalue", "source"];
+
 /// Seconds in a day.
 pub(crate) const DAY: f64 = 86_400.0;
 
@@ -189,6 +195,10 @@ impl RecordFile {
             true => stamps().filter(|name| !in_use.contains(name)).collect(),
             false => names,
         };
+        let names = match (names.is_empty(), self.axis()) {
+            (true, Some(axis)) if !in_use.contains(&axis) => vec![axis],
+            _ => names,
+        };
         let name = match names[..] {
             [] => return Ok(None),
             [name] => name,
@@ -222,9 +232,16 @@ impl RecordFile {
         let signals = columns.filter(|(name, samples)| {
             let index = (*name == INDEX || samples.len() >= COUNTER) && counts(samples);
             let stamps = self.origins.iter().any(|(column, _)| column == name);
-            !(Some(*name) == time || is_time(name) || stamps || index)
+            !(Some(*name) == time || is_time(name) || self.axis() == Some(*name) || stamps || index)
         });
         signals.map(|(name, _)| name).collect()
+    }
+
+    /// The first column, if it has the name of an axis and a unit of time.
+    pub(crate) fn axis(&self) -> Option<&str> {
+        let first = self.record.names().first()?;
+        let is_axis = AXES.contains(&split(first).0.as_str()) && self.unit(first).and_then(seconds).is_some();
+        is_axis.then_some(first)
     }
 
     /// The column that `name` means: `name` is the column's name, its text in the header with the unit, as in `u [V]`, or its text in

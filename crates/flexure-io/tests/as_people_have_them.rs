@@ -212,18 +212,29 @@ fn a_labview_file_has_two_headers() {
                    Y_Unit_Label\tV\tm\t\nX0\t0.0\t0.0\t\n***End_of_Header***\t\t\t\nX_Value\tu\ty\tComment\n\
                    0.00\t1.5\t4\t\n0.01\t2.5\t5\t\n0.02\t3.5\t6\t\n";
     let file = read("labview", content);
-    assert_eq!(file.record.names(), ["X_Value", "u", "y"]);
+    assert_log(&file, &["X_Value", "u", "y"]);
+    assert_eq!(file.unit("y"), Some("m"));
     assert_eq!(file.notes[0], "lines 1 to 9 stand above the table and are left out");
 }
 
 #[test]
 fn an_oscilloscope_with_settings_beside_the_units() {
-    let content = "X,CH1,Start,Increment,\nSequence,Volt,0.0e+00,1.0e-02\n0,1.5,,\n1,2.5,,\n2,3.5,,\n";
+    let content = "X,CH1,Start,Increment,\nSequence,Volt,-5.0e-01,1.0e-02\n0,1.5,,\n1,2.5,,\n2,3.5,,\n";
     let file = read("rigol", content);
     assert_eq!(file.record.names(), ["X", "CH1"]);
     assert_eq!(
         (file.column("CH1").unwrap(), file.unit("CH1")),
         (&[1.5, 2.5, 3.5][..], Some("Volt"))
+    );
+    assert_eq!(file.column("X").unwrap(), [-0.5, -0.49, -0.48]);
+    assert_eq!(file.time(None, &[]).unwrap().unwrap().name, "X");
+    assert_eq!(file.signals(None), ["CH1"]);
+    assert_eq!(
+        file.notes,
+        [
+            "line 2 has the columns' units",
+            "column 'X' has the instants that the file states: 0.01 s apart, from -0.5 s"
+        ]
     );
 }
 
@@ -247,15 +258,6 @@ fn an_oscilloscope_with_settings_beside_the_samples_needs_a_word() {
 fn a_workbook_is_no_text() {
     let message = refused("workbook", b"PK\x03\x04\x14\0\x06\0");
     assert!(message.contains("save its sheet as CSV"), "{message}");
-}
-
-#[test]
-fn numpy_savetxt() {
-    let file = read(
-        "numpy",
-        "# t u\n0.000000000000000000e+00 1.5\n1.000000000000000021e-02 2.5\n",
-    );
-    assert_eq!(file.record.names(), ["c0", "c1"]);
 }
 
 #[test]

@@ -101,7 +101,7 @@ fn a_logger_with_its_own_time_format() {
     assert_eq!(
         read("own_format_note", content).notes,
         [
-            "column 'date' is left out: 'date' is text, such as '05/01/2024 10:00:00.00' on line 2 (--time-format says how time stamps or dates are written, as in \"%d.%m.%Y %H:%M:%S%.f\" or \"%m/%d/%Y\")"
+            "column 'date' is left out: 'date' is text, such as '05/01/2024 10:00:00.00' on line 2, which may begin with the month or the day; say --time-format \"%m/%d/%Y %H:%M:%S%.f\" or \"%d/%m/%Y %H:%M:%S%.f\""
         ]
     );
     let options = ReadOptions {
@@ -188,4 +188,76 @@ fn a_logger_with_dates_and_times_in_two_columns() {
     assert_eq!(file.record.names(), ["timestamp", "date", "time", "u"]);
     let message = file.time(None, &[]).unwrap_err().to_string();
     assert!(message.contains("may both have the sample instants"), "{message}");
+}
+
+#[test]
+fn months_with_names() {
+    let file = read(
+        "month_name",
+        "Time,u\n01-Mar-2026 08:00:00.000,1.5\n01-Mar-2026 08:00:00.010,2.5\n01-Mar-2026 08:00:00.020,3.5\n",
+    );
+    assert_log(&file, &["Time", "u"]);
+}
+
+/// A number above 12 in any row says whether the month or the day comes first.
+#[test]
+fn a_row_settles_the_order_of_month_and_day() {
+    let log = |dates: [&str; 3]| {
+        let times = ["23:59:59.99", "00:00:00.00", "00:00:00.01"];
+        let rows = (0..3).map(|k| format!("{} {},{}.5\n", dates[k], times[k], k + 1));
+        format!("Date,u\n{}", rows.collect::<String>())
+    };
+    let file = read("month_first", log(["03/12/2026", "03/13/2026", "03/13/2026"]));
+    assert_log(&file, &["Date", "u"]);
+    assert_eq!(
+        file.notes,
+        [
+            "column 'Date' has the month before the day, as '03/13/2026 00:00:00.00' on line 3 shows",
+            "column 'Date' has time stamps; it counts the seconds from 03/12/2026 23:59:59.99"
+        ]
+    );
+    let file = read("day_first", log(["31/03/2026", "01/04/2026", "01/04/2026"]));
+    assert_log(&file, &["Date", "u"]);
+    assert!(
+        file.notes[0].contains("the day before the month, as '31/03/2026 23:59:59.99' on line 2"),
+        "{:?}",
+        file.notes
+    );
+    // No row settles it, and a text among the dates does not either.
+    for dates in [
+        ["03/01/2026", "03/02/2026", "03/02/2026"],
+        ["03/01/2026", "off", "13/01/2026"],
+    ] {
+        let file = read("no_order", log(dates));
+        assert_eq!(file.record.names(), ["u"], "{dates:?}");
+    }
+    let said = read("no_order", log(["03/01/2026", "03/02/2026", "03/02/2026"]));
+    let said = said.column("Date").unwrap_err().to_string();
+    assert!(
+        said.ends_with("say --time-format \"%m/%d/%Y %H:%M:%S%.f\" or \"%d/%m/%Y %H:%M:%S%.f\""),
+        "{said}"
+    );
+}
+
+#[test]
+fn dates_in_a_column_of_their_own_settle_their_order() {
+    let content =
+        "Date,Time,u\n03/31/2026,11:59:59.99 PM,1.5\n04/01/2026,12:00:00 AM,2.5\n04/01/2026,12:00:00.01 AM,3.5\n";
+    let file = read("two_columns_settled", content);
+    assert_log(&file, &["Time", "u"]);
+    assert_eq!(
+        file.notes[..2],
+        [
+            "column 'Date' has the month before the day, as '03/31/2026' on line 2 shows",
+            "columns 'Date' and 'Time' are together a date and a time"
+        ]
+    );
+    // Rows below the table settle nothing, and do not break the dates either.
+    let rows: String = (0..25).map(|k| format!("03/01/2026 08:00:{k:02},{k}\n")).collect();
+    let file = read("total_below", format!("Date,u\n{rows}Total,300\n"));
+    assert!(
+        file.notes.iter().any(|note| note.contains("month or the day")),
+        "{:?}",
+        file.notes
+    );
 }

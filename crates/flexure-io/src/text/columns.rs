@@ -1,5 +1,6 @@
 //! The columns of a text file: numbers, time stamps, or texts that cannot serve as signals.
 
+use super::fields::is_identifier;
 use super::numbers::{Numbers, before_unit, is_missing, readable_number};
 use super::stamps::{self, Part, Stamps};
 use crate::error::LineProblem;
@@ -22,6 +23,7 @@ pub(super) fn is_readable(field: &str, options: &ReadOptions) -> bool {
         || readable_number(field, options).is_some()
         || Switch::of(field).is_some()
         || Stamps::of(field, options.time_format.as_deref()).is_some()
+        || (options.time_format.is_none() && !Stamps::with_slashes(field).is_empty())
 }
 
 /// The columns of the band in a file of a curve, which are empty where no band was wanted.
@@ -48,6 +50,15 @@ impl Switch {
     }
 }
 
+/// Evenly spaced instants, s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Axis {
+    pub(super) start: f64,
+    pub(super) step: f64,
+    /// Whether the column counts the samples; otherwise it is empty.
+    pub(super) counts: bool,
+}
+
 /// One column as it is read.
 pub(super) struct Column<'a> {
     pub(super) name: String,
@@ -55,6 +66,8 @@ pub(super) struct Column<'a> {
     /// How its infinite samples are written.
     infinite: Vec<String>,
     kind: Kind<'a>,
+    /// A sentence on the row that settled whether the month or the day comes first.
+    settled: Option<String>,
 }
 
 enum Kind<'a> {
@@ -71,6 +84,8 @@ enum Kind<'a> {
         first: i64,
         text: String,
     },
+    /// Dates with the month or the day first, both of which fit all rows so far, and the first of them with its line.
+    Slashes(Box<[Column<'a>; 2]>, String, u64),
     Text {
         why: Unusable,
         /// Whether the text looks like a time stamp of another format.
@@ -89,6 +104,7 @@ impl<'a> Column<'a> {
             values: Vec::new(),
             infinite: Vec::new(),
             kind: Kind::Undecided,
+            settled: None,
         }
     }
 
@@ -104,6 +120,18 @@ impl<'a> Column<'a> {
         options: &'a ReadOptions,
     ) -> Result<(), LineProblem> {
         let value = match &mut self.kind {
+            Kind::Slashes(both, ..) => {
+                for column in both.iter_mut() {
+                    column.push(field, line, numbers, options)?;
+                }
+                // A number above 12 leaves one of the two orders.
+                let fit = both.each_ref().map(|column| column.part().is_some());
+                if fit[0] != fit[1] {
+                    let fitting = std::mem::replace(&mut both[usize::from(fit[1])], Column::new(String::new()));
+                    *self = fitting.with_order(field, line);
+                }
+                return Ok(());
+            }
             Kind::Text { before, texts, .. } => {
                 let may_be_new = before.is_some() || (!texts.is_empty() && texts.len() <= MOST_TEXTS);
                 if may_be_new && !field.is_empty() {
@@ -151,7 +179,7 @@ impl<'a> Column<'a> {
                 let text = shorten(field);
                 let is_first = matches!(self.kind, Kind::Undecided);
                 let why = match is_first {
-                    true => Unusable::Is(format!("text, such as '{text}' on line {line}")),
+                    true => Unusable::Is(format!("text, such as '{text}' on line {line}{}", named_fields(field))),
                     false => Unusable::At {
                         line,
                         problem: LineProblem::NotANumber {
@@ -190,9 +218,28 @@ impl<'a> Column<'a> {
             return Ok(Some(value));
         }
         if let Some((format, first)) = Stamps::of(field, options.time_format.as_deref()) {
-            let text = field.to_owned();
-            self.kind = Kind::Stamps { format, first, text };
+            self.begin_stamps(format, first, field);
             return Ok(Some(0.0));
+        }
+        if options.time_format.is_none() {
+            match Stamps::with_slashes(field)[..] {
+                [(format, first)] => {
+                    self.begin_stamps(format, first, field);
+                    *self = std::mem::replace(self, Column::new(String::new())).with_order(field, line);
+                    return Ok(Some(0.0));
+                }
+                [month, day] => {
+                    let both = [month, day].map(|(format, first)| {
+                        let mut column = Column::new(self.name.clone());
+                        column.values = [&self.values[..], &[0.0]].concat();
+                        column.begin_stamps(format, first, field);
+                        column
+                    });
+                    self.kind = Kind::Slashes(Box::new(both), field.to_owned(), line);
+                    return Ok(Some(0.0));
+                }
+                _ => {}
+            }
         }
         if let Some(switch) = Switch::of(field) {
             let mut seen = [false; 2];
@@ -210,6 +257,26 @@ impl<'a> Column<'a> {
         Ok(value)
     }
 
+    fn begin_stamps(&mut self, format: Stamps<'a>, first: i64, field: &str) {
+        let text = field.to_owned();
+        self.kind = Kind::Stamps { format, first, text };
+    }
+
+    /// With a sentence on the order of day and month, which this field settles.
+    fn with_order(mut self, field: &str, line: u64) -> Self {
+        if let Kind::Stamps { format, .. } = self.kind {
+            let order = match format.format().starts_with("%m") {
+                true => "month before the day",
+                false => "day before the month",
+            };
+            self.settled = Some(format!(
+                "column '{}' has the {order}, as '{field}' on line {line} shows",
+                self.name
+            ));
+        }
+        self
+    }
+
     /// The unit that stands behind each number.
     pub(super) fn unit(&self) -> Option<&str> {
         match &self.kind {
@@ -218,7 +285,7 @@ impl<'a> Column<'a> {
         }
     }
 
-    /// A sentence on the words of a switch.
+    /// A sentence on the words of a switch, or on the order of day and month.
     pub(super) fn words(&self) -> Option<String> {
         let name = &self.name;
         match self.kind {
@@ -232,7 +299,7 @@ impl<'a> Column<'a> {
                     words[state]
                 ))
             }
-            _ => None,
+            _ => self.settled.clone(),
         }
     }
 
@@ -241,6 +308,7 @@ impl<'a> Column<'a> {
         match &self.kind {
             Kind::Text { texts, .. } if texts.len() <= MOST_TEXTS => texts,
             Kind::Text { .. } => &[],
+            Kind::Slashes(both, ..) => both[0].texts(),
             _ => &self.infinite,
         }
     }
@@ -249,6 +317,7 @@ impl<'a> Column<'a> {
     pub(super) fn ends_before(&self) -> Option<usize> {
         match &self.kind {
             Kind::Text { before, .. } => before.as_ref().map(|before| before.1.len()),
+            Kind::Slashes(both, ..) => both[0].ends_before(),
             // An instant that is missing at the end belongs to no sample.
             _ if self.part().is_some() || is_time(&self.name) => {
                 let known = self.values.iter().rposition(|t| t.is_finite())? + 1;
@@ -265,6 +334,9 @@ impl<'a> Column<'a> {
         {
             (self.kind, self.values) = *before;
         }
+        if let Kind::Slashes(both, ..) = &mut self.kind {
+            both.iter_mut().for_each(|column| column.truncate(samples));
+        }
         self.values.truncate(samples);
     }
 
@@ -272,6 +344,16 @@ impl<'a> Column<'a> {
     pub(super) fn unusable(&self) -> Option<Unusable> {
         match &self.kind {
             Kind::Text { why, .. } => Some(why.clone()),
+            Kind::Slashes(both, text, line) => Some(both[0].unusable().unwrap_or_else(|| {
+                let formats = both.each_ref().map(|column| match column.kind {
+                    Kind::Stamps { format, .. } => format.format(),
+                    _ => "",
+                });
+                Unusable::Is(format!(
+                    "text, such as '{text}' on line {line}, which may begin with the month or the day; say --time-format \"{}\" or \"{}\"",
+                    formats[0], formats[1]
+                ))
+            })),
             Kind::Undecided if !self.values.is_empty() && !BAND.contains(&self.name.as_str()) => {
                 Some(Unusable::Is("empty".to_owned()))
             }
@@ -281,13 +363,11 @@ impl<'a> Column<'a> {
 
     /// Whether it is text that looks like time stamps of another format.
     pub(super) fn looks_like_stamps(&self) -> bool {
-        matches!(
-            self.kind,
-            Kind::Text {
-                looks_like_stamp: true,
-                ..
-            }
-        )
+        match self.kind {
+            Kind::Text { looks_like_stamp, .. } => looks_like_stamp,
+            Kind::Slashes(..) => true,
+            _ => false,
+        }
     }
 
     /// What a column of time stamps has of them.
@@ -314,6 +394,19 @@ impl<'a> Column<'a> {
         }
     }
 
+    /// Takes the instants that the heading of the file states.
+    pub(super) fn put_on(&mut self, axis: Axis) {
+        match self.kind {
+            Kind::Undecided if !axis.counts => {
+                self.kind = Kind::Numbers;
+                self.values = (0..self.values.len()).map(|k| k as f64).collect();
+            }
+            Kind::Numbers if axis.counts => {}
+            _ => return,
+        }
+        self.values.iter_mut().for_each(|t| *t = axis.start + axis.step * *t);
+    }
+
     /// For time stamps, the origin of their seconds: in ns, and as written in the file.
     pub(super) fn origin(&self) -> Option<(i64, &str)> {
         match &self.kind {
@@ -332,6 +425,16 @@ fn on_its_day(value: f64, last: Option<f64>) -> f64 {
     match last.filter(|last| last.is_finite()) {
         Some(last) => value + DAY * ((last - value) / DAY).round(),
         None => value,
+    }
+}
+
+/// What to do about fields with names, if this is one.
+fn named_fields(field: &str) -> &'static str {
+    match field.split_once('=') {
+        Some((name, _)) if is_identifier(name) => {
+            " (fields such as t=0.01 are read where all rows have the same names)"
+        }
+        _ => "",
     }
 }
 

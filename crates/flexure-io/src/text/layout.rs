@@ -2,15 +2,21 @@
 //!
 //! 1. **Separator**: the one of comma, semicolon, tab and pipe that divides all lines into equally many fields, at least two. If several do, the
 //!    one with most readable fields; if none does, spaces.
-//! 2. **Header**: a line of texts. The file leaves it open if a column has texts in the second line too, or if the first line has the
-//!    numbers 0, 1, 2, ..., which pandas writes for columns without names.
+//! 2. **Header**: a line of texts, or a comment directly above the first row with as many names as there are columns. The file leaves it
+//!    open if a column has texts in the second line too, or if the first line has the numbers 0, 1, 2, ..., which pandas writes for
+//!    columns without names.
 //! 3. **Units**: a second line of texts above numbers.
+//!
+//! Files of some loggers and programs say in their first lines where the table begins: see [`super::known`].
 
 use std::collections::HashMap;
-use std::io::Read;
 
-use super::lines::Lines;
-use super::{columns, numbers};
+use super::above::table_below;
+use super::columns::{self, Axis};
+use super::fields::{Line, SEPARATORS, first_lines, rows};
+use super::header::{has_header, has_units, names_in_comment, unit_text};
+use super::known::{Known, names_in_rows};
+use super::numbers;
 use crate::error::LineProblem;
 use crate::options::ReadOptions;
 use crate::time::INDEX;
@@ -18,19 +24,6 @@ use crate::units::split_unit;
 
 /// The number of lines that decide the layout.
 const LINES: usize = 20;
-
-/// How many lines are searched for a table below other lines, and the fewest lines that such a table must have.
-const SEARCHED_LINES: usize = 100;
-const TABLE_LINES: usize = 3;
-
-/// The most fields with content in a line above a table that is padded to its width.
-const PADDED: usize = 2;
-
-/// The most lines of a header and units.
-const HEADINGS: usize = 2;
-
-/// What may separate the columns, besides spaces.
-pub(super) const SEPARATORS: [u8; 4] = [b',', b';', b'\t', b'|'];
 
 /// The first bytes of a packed file, such as a workbook, and of a workbook before 2007.
 const PACKED: &[u8] = b"PK\x03\x04";
@@ -51,18 +44,18 @@ pub(super) struct Layout {
     pub(super) skip: u64,
     /// The line on which the table seems to begin where other lines precede it.
     pub(super) table: Option<u64>,
+    /// The instants of the first column, where the heading states them.
+    pub(super) axis: Option<Axis>,
+    /// Whether rows may end before the last column.
+    pub(super) may_lack_last: bool,
+    /// Whether each field begins with its column's name, as in `t=0.01`.
+    pub(super) is_named: bool,
     /// What was decided, as sentences.
     pub(super) notes: Vec<String>,
 }
 
 /// The line, and what is wrong on it.
 pub(super) type Problem = (u64, LineProblem);
-
-/// A line with content.
-struct Line {
-    number: u64,
-    bytes: Vec<u8>,
-}
 
 impl Line {
     /// Refuses a line that is not text in UTF-8.
@@ -107,8 +100,10 @@ impl Layout {
             first.check_text()?;
         }
         let table = table_below(head, options);
-        let skip = match &table {
-            Some(table) if table.is_sure && options.skip == 0 => table.line - 1,
+        let known = Known::of(head, options);
+        let skip = match (&known, &table) {
+            (Some(known), _) => known.skip,
+            (None, Some(table)) if table.is_sure && options.skip == 0 => table.line - 1,
             _ => options.skip,
         };
         let lines = first_lines(head, skip, LINES);
@@ -116,7 +111,10 @@ impl Layout {
         let separator = match options.separator {
             Some(' ') => None,
             Some(character) => Some(character as u8),
-            None => separator(&lines, options)?,
+            None => match &known {
+                Some(known) => Some(known.separator),
+                None => separator(&lines, options)?,
+            },
         };
         let mut rows = rows(&lines, separator);
         drop_empty_ends(&mut rows);
@@ -128,6 +126,9 @@ impl Layout {
             heading_lines: 0,
             skip,
             table: table.map(|table| table.line),
+            axis: None,
+            may_lack_last: false,
+            is_named: false,
             notes: Vec::new(),
         };
         if skip > options.skip {
@@ -136,13 +137,36 @@ impl Layout {
                 last => format!("lines 1 to {last} stand above the table and are left out"),
             });
         }
+        if options.header != Some(true)
+            && let Some(names) = names_in_rows(&rows, options)
+        {
+            layout.note(format!("each row has the columns' names, as in {}", rows[0][0]));
+            (layout.names, layout.is_named) = (names, true);
+            return Ok(Some(layout));
+        }
         let quoted = |line: &Line| line.bytes.contains(&b'"');
+        let commented = match options.header {
+            None => names_in_comment(head, first.number, separator, &rows, options),
+            Some(_) => None,
+        };
         let header = match options.header {
             Some(header) => header,
+            None if known.is_some() => true,
             // Numbers are seldom quoted, but names that look like numbers should be.
             None if quoted(first) && lines.get(1).is_some_and(|second| !quoted(second)) => true,
-            None => has_header(&rows, options).map_err(|problem| (first.number, problem))?,
+            None => match has_header(&rows, options) {
+                Err(_) if commented.is_some() => false,
+                found => found.map_err(|problem| (first.number, problem))?,
+            },
         };
+        if let Some((names, line)) = commented.filter(|_| !header) {
+            layout.note(format!(
+                "the names are from the comment on line {line}; --header no leaves the columns without names"
+            ));
+            rows.insert(0, names);
+            layout.names(&rows, options).map_err(|problem| (line, problem))?;
+            return Ok(Some(layout));
+        }
         if !header {
             layout.names = (0..rows[0].len()).map(|i| format!("c{i}")).collect();
             layout.note(format!(
@@ -155,13 +179,16 @@ impl Layout {
         layout
             .names(&rows, options)
             .map_err(|problem| (first.number, problem))?;
-        if has_units(&rows, options) {
+        if let Some(known) = known {
+            known.complete(&mut layout, &rows, &lines, options);
+        } else if has_units(&rows, options) {
             layout.heading_lines = 2;
             for (unit, field) in layout.units.iter_mut().zip(&rows[1]) {
                 let is_text = !columns::is_readable(field, options);
                 *unit = unit_text(field).filter(|_| is_text).or(unit.take());
             }
             layout.note(format!("line {} has the columns' units", lines[1].number));
+            layout.take_increment(&rows[1], options);
         }
         Ok(Some(layout))
     }
@@ -220,72 +247,6 @@ impl Layout {
     }
 }
 
-fn first_lines(head: &[u8], skip: u64, count: usize) -> Vec<Line> {
-    let mut text = Vec::new();
-    // Reading from memory does not fail.
-    let _ = Lines::new(head, skip, false).read_to_end(&mut text);
-    let lines = text.split(|&b| b == b'\n').zip(1..);
-    lines
-        .filter(|(bytes, _)| !bytes.trim_ascii().is_empty())
-        .map(|(bytes, number)| Line {
-            number,
-            bytes: bytes.to_vec(),
-        })
-        .take(count)
-        .collect()
-}
-
-/// A table below other lines.
-struct TableBelow {
-    /// The line on which it seems to begin.
-    line: u64,
-    /// Whether it has its own header and more fields than every line above. Then the lines above can be left out.
-    is_sure: bool,
-}
-
-/// Looks for a table below other lines. The first line has another number of fields. The lines of the table have equally many, and numbers in the
-/// same columns, except for a header and a line of units.
-fn table_below(head: &[u8], options: &ReadOptions) -> Option<TableBelow> {
-    let lines = first_lines(head, options.skip, SEARCHED_LINES);
-    let found = SEPARATORS.map(Some).into_iter().chain([None]).filter_map(|separator| {
-        let rows = rows(&lines, separator);
-        let last = rows.last().filter(|_| rows.len() == lines.len())?;
-        let is_number =
-            |field: &String| numbers::readable_number(field, options).is_some() || numbers::has_unit(field, options);
-        let numbers: Vec<usize> = (0..last.len()).filter(|&i| is_number(&last[i])).collect();
-        let is_readable = |field: &String| is_number(field) || columns::is_readable(field, options);
-        let is_sample = |row: &Vec<String>| numbers.iter().all(|&i| is_readable(&row[i]));
-        let is_heading = |row: &Vec<String>| numbers.iter().all(|&i| !is_readable(&row[i]));
-        let filled = |row: &Vec<String>| row.iter().rposition(|field| !field.is_empty()).map_or(0, |i| i + 1);
-        // A spreadsheet pads the lines above its table.
-        let is_short = |row: &Vec<String>| filled(row) <= PADDED && filled(row) + 1 < last.len();
-        let has_numbers = |row: &Vec<String>| numbers.iter().any(|&i| is_number(&row[i]));
-        let is_padded = |row: &&Vec<String>| row.len() == last.len() && is_short(row) && !has_numbers(row);
-        let padded = rows.iter().take_while(is_padded).count();
-        let others = rows.iter().rposition(|row| row.len() != last.len());
-        let others = others.max(padded.checked_sub(1))?;
-        let block = &rows[others + 1..];
-        let samples = block.iter().rposition(|row| !is_sample(row)).map_or(0, |i| i + 1);
-        let headings = block[..samples]
-            .iter()
-            .rev()
-            .take(HEADINGS)
-            .take_while(|row| is_heading(row))
-            .count();
-        let has_lines_before =
-            (padded > 0 || rows[0].len() != last.len()) && block.len() - samples + headings >= TABLE_LINES;
-        let first = others + 1 + samples - headings;
-        let table = || TableBelow {
-            line: lines[first].number,
-            is_sure: headings > 0 && rows[..first].iter().all(|row| filled(row) < last.len()),
-        };
-        (has_lines_before && last.len() > 1 && !numbers.is_empty()).then(|| (last.len(), table()))
-    });
-    found
-        .max_by_key(|(width, table)| (table.is_sure, *width))
-        .map(|(_, table)| table)
-}
-
 /// Step 1; see the module.
 fn separator(lines: &[Line], options: &ReadOptions) -> Result<Option<u8>, Problem> {
     let first = &lines[0];
@@ -332,92 +293,6 @@ fn irregular(candidates: &[(Option<u8>, Vec<Vec<String>>)], options: &ReadOption
         return Some(b',');
     }
     *separator
-}
-
-/// Step 2; see the module.
-fn has_header(rows: &[Vec<String>], options: &ReadOptions) -> Result<bool, LineProblem> {
-    let readable = |field: &String| columns::is_readable(field, options);
-    let is_text = |field: &String| !readable(field);
-    let first = &rows[0];
-    if first.iter().all(|field| readable(field) && !could_be_name(field)) {
-        let counted = first.iter().filter(|f| !f.is_empty()).enumerate();
-        let default_names = first.len() > 1
-            && rows.len() > 1
-            && counted.clone().all(|(i, field)| *field == i.to_string())
-            && counted.count() + 1 >= first.len();
-        return if default_names {
-            Err(LineProblem::CountedHeader)
-        } else {
-            Ok(false)
-        };
-    }
-    if first.iter().all(|field| is_text(field) || could_be_name(field)) {
-        return Ok(true);
-    }
-    // A text above a number can only be a name.
-    let is_number = |field: &String| readable(field) && !numbers::is_missing(field, options);
-    let above_number =
-        |(i, field): (usize, &String)| is_text(field) && rows[1..].iter().any(|row| row.get(i).is_some_and(is_number));
-    if first.iter().enumerate().any(above_number) {
-        return Ok(true);
-    }
-    let number = first.iter().find(|field| readable(field)).cloned().unwrap_or_default();
-    Err(LineProblem::NumericHeader { text: number })
-}
-
-/// Whether a field that reads as a missing sample, or as infinity, is rather a column's name.
-fn could_be_name(field: &str) -> bool {
-    !field.bytes().any(|b| b.is_ascii_digit())
-}
-
-/// Step 3; see the module.
-fn has_units(rows: &[Vec<String>], options: &ReadOptions) -> bool {
-    let [_, second, third, ..] = rows else { return false };
-    let is_text = |field: &String| !columns::is_readable(field, options) && !numbers::has_unit(field, options);
-    // Some instruments write a setting there, into a column without samples.
-    let is_setting = |i: usize| rows[2..].iter().all(|row| row.get(i).is_none_or(String::is_empty));
-    let is_unit = |(i, field): (usize, &String)| is_text(field) || could_be_name(field) || is_setting(i);
-    !super::rows::is_rule(second.iter().map(|field| field.as_bytes()))
-        && second.iter().any(is_text)
-        && second.iter().enumerate().all(is_unit)
-        && second
-            .iter()
-            .zip(third)
-            .any(|(unit, value)| is_text(unit) && !is_text(value))
-}
-
-/// A unit from a row of units: with or without brackets.
-fn unit_text(field: &str) -> Option<String> {
-    let text = field.trim_matches(['[', ']', '(', ')']).trim();
-    (!text.is_empty()).then(|| text.to_owned())
-}
-
-/// The fields of the lines.
-fn rows(lines: &[Line], separator: Option<u8>) -> Vec<Vec<String>> {
-    let Some(separator) = separator else {
-        let parts = |line: &Line| {
-            text_of(&line.bytes)
-                .split_ascii_whitespace()
-                .map(str::to_owned)
-                .collect()
-        };
-        return lines.iter().map(parts).collect();
-    };
-    let lines: Vec<&[u8]> = lines.iter().map(|line| &line.bytes[..]).collect();
-    let text = lines.join(&b'\n');
-    let table = super::table(&text[..], separator)
-        .into_byte_records()
-        .map_while(Result::ok);
-    let texts = |row: csv::ByteRecord| row.iter().map(|field| text_of(super::content(field))).collect();
-    table.map(texts).collect()
-}
-
-/// Text in UTF-8, otherwise in Latin-1: instruments write units such as degrees and micrometres in it.
-pub(super) fn text_of(bytes: &[u8]) -> String {
-    match std::str::from_utf8(bytes) {
-        Ok(text) => text.to_owned(),
-        Err(_) => bytes.iter().map(|&b| char::from(b)).collect(),
-    }
 }
 
 fn list(names: &[String]) -> String {

@@ -3,8 +3,12 @@
 //! [`layout`] decides from the first lines how columns are separated and what their names are. Then every line is read once, and every
 //! column becomes numbers, seconds of time stamps, or a column that is no signal.
 
+mod above;
 mod below;
 mod columns;
+mod fields;
+mod header;
+mod known;
 mod layout;
 mod lines;
 mod numbers;
@@ -21,9 +25,10 @@ use crate::memory::{Budget, LONGEST_TEXT, small_file};
 use crate::model::FORMAT as MODEL;
 use crate::options::ReadOptions;
 use crate::record_file::{Other, RecordFile};
-use crate::time::is_time;
+use crate::time::{SECOND, is_time};
 use columns::Column;
-use layout::{Layout, SEPARATORS};
+use fields::SEPARATORS;
+use layout::Layout;
 use lines::Lines;
 use rows::Rows;
 use stamps::Part;
@@ -195,8 +200,8 @@ fn head_of(input: &mut impl Read) -> std::io::Result<Vec<u8>> {
 }
 
 /// Dates and times of day in two columns become time stamps in the column of the times; the other column is taken away. If there are
-/// other time stamps besides, all columns stay. Returns the name of that column and a sentence on it.
-fn join_dates(columns: &mut Vec<Column>, units: &mut Vec<Option<String>>) -> Option<(String, String)> {
+/// other time stamps besides, all columns stay. Returns the name of that column and sentences on it.
+fn join_dates(columns: &mut Vec<Column>, units: &mut Vec<Option<String>>) -> Option<(String, Vec<String>)> {
     let stamps: Vec<usize> = (0..columns.len()).filter(|&i| columns[i].part().is_some()).collect();
     let [a, b] = stamps[..] else { return None };
     let (date, time) = match (columns[a].part(), columns[b].part()) {
@@ -212,11 +217,15 @@ fn join_dates(columns: &mut Vec<Column>, units: &mut Vec<Option<String>>) -> Opt
         "columns '{}' and '{}' are together a date and a time",
         dates.name, columns[time].name
     );
-    Some((dates.name, note))
+    let notes = dates.words().into_iter().chain([note]).collect();
+    Some((dates.name, notes))
 }
 
 /// The record of the columns that are signals, and what the others are.
 fn assemble(path: &Path, mut layout: Layout, mut columns: Vec<Column>, options: &ReadOptions) -> Result<RecordFile> {
+    if let (Some(axis), Some(first)) = (layout.axis, columns.first_mut()) {
+        first.put_on(axis);
+    }
     let joined = join_dates(&mut columns, &mut layout.units);
     let mut signals = Vec::new();
     let mut units = Vec::new();
@@ -224,7 +233,7 @@ fn assemble(path: &Path, mut layout: Layout, mut columns: Vec<Column>, options: 
     let mut notes = layout.notes;
     let mut texts: Vec<String> = Vec::new();
     let (date, joined) = joined.unzip();
-    notes.extend(joined);
+    notes.extend(joined.into_iter().flatten());
     for (column, unit) in columns.into_iter().zip(layout.units) {
         for text in column.texts() {
             if !texts.contains(text) {
@@ -247,7 +256,7 @@ fn assemble(path: &Path, mut layout: Layout, mut columns: Vec<Column>, options: 
         });
         notes.extend(column.words());
         units.push(match stamps.is_some() {
-            true => Some("s".to_owned()),
+            true => Some(SECOND.to_owned()),
             false => unit.or(column.unit().map(str::to_owned)),
         });
         notes.extend(stamps);
@@ -295,7 +304,8 @@ pub(crate) fn left_out(others: &[Other], stamps: &[usize]) -> Option<String> {
         count => format!("column '{name}' and {} others are left out", count - 1),
     };
     let reason = format!("{which}: {first}");
-    let remedy = match instants.is_some() && first.is_text() {
+    let needs_format = instants.is_some() && first.is_text() && !reason.contains("--time-format");
+    let remedy = match needs_format {
         true => {
             " (--time-format says how time stamps or dates are written, as in \"%d.%m.%Y %H:%M:%S%.f\" or \"%m/%d/%Y\")"
         }

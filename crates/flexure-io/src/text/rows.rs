@@ -3,7 +3,8 @@
 use super::below::Below;
 use super::columns::{self, Column};
 use super::content;
-use super::layout::{self, Layout, Problem};
+use super::fields::{is_rule, text_of};
+use super::layout::{Layout, Problem};
 use super::numbers::Numbers;
 use crate::error::LineProblem;
 use crate::options::ReadOptions;
@@ -60,7 +61,7 @@ impl<'a> Rows<'a> {
             self.remarks.push(line);
             return Ok(());
         }
-        match read_row(row, line, &mut self.columns, &mut self.numbers, options) {
+        match read_row(row, line, &mut self.columns, &mut self.numbers, layout, options) {
             Ok(()) => {
                 self.lines.note(self.samples, line);
                 self.samples += 1;
@@ -107,15 +108,8 @@ fn left_out(lines: &[u64], is: &str, are: &str) -> Option<String> {
 
 /// Whether a field is a text: of a header, or a remark such as `*** logger restarted ***`.
 fn is_text(field: &[u8], options: &ReadOptions) -> bool {
-    let field = layout::text_of(content(field));
+    let field = text_of(content(field));
     !field.is_empty() && !columns::is_readable(&field, options)
-}
-
-/// Whether a row is a line between header and samples, as tables for reading have it: `|---|:--:|`.
-pub(super) fn is_rule<'a>(row: impl Iterator<Item = &'a [u8]>) -> bool {
-    let is_line = |field: &[u8]| field.len() >= 3 && field.iter().all(|b| b"-=:+".contains(b));
-    let fields: Vec<&[u8]> = row.map(content).filter(|field| !field.is_empty()).collect();
-    fields.len() > 1 && fields.into_iter().all(is_line)
 }
 
 /// Appends the fields of one row to the columns.
@@ -124,6 +118,7 @@ fn read_row<'a>(
     line: u64,
     columns: &mut [Column<'a>],
     numbers: &mut Numbers,
+    layout: &Layout,
     options: &'a ReadOptions,
 ) -> std::result::Result<(), LineProblem> {
     for (end, problem) in [
@@ -136,18 +131,30 @@ fn read_row<'a>(
     }
     // A separator at the end of every line makes no column.
     let surplus = row.iter().skip(columns.len()).any(|field| !content(field).is_empty());
-    if row.len() < columns.len() || surplus {
+    let lacks_last = layout.may_lack_last && row.len() + 1 == columns.len();
+    if (row.len() < columns.len() && !lacks_last) || surplus {
         return Err(LineProblem::Ragged {
             found: row.len(),
             expected: columns.len(),
             table: None,
+            commas: layout.separator == Some(b','),
         });
     }
-    for (column, field) in columns.iter_mut().zip(row) {
-        let field = content(field);
+    let fields = row.iter().chain(lacks_last.then_some(&b""[..]));
+    for (column, field) in columns.iter_mut().zip(fields) {
+        let mut field = content(field);
+        if layout.is_named {
+            let value = field.strip_prefix(column.name.as_bytes());
+            field = value
+                .and_then(|value| value.strip_prefix(b"="))
+                .ok_or_else(|| LineProblem::NoName {
+                    name: column.name.clone(),
+                    text: columns::shorten(&text_of(field)),
+                })?;
+        }
         match std::str::from_utf8(field) {
             Ok(text) => column.push(text, line, numbers, options)?,
-            Err(_) => column.push(&layout::text_of(field), line, numbers, options)?,
+            Err(_) => column.push(&text_of(field), line, numbers, options)?,
         }
     }
     Ok(())

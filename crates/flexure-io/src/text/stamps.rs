@@ -2,9 +2,9 @@
 
 use chrono::{DateTime, NaiveDate, NaiveDateTime, NaiveTime};
 
-/// ISO 8601 as programs write it, dates with points, and hours with AM or PM, by the patterns of `chrono::format::strftime`. Dates with
-/// points begin with the day wherever they are in use; dates with slashes need a format.
-const FORMATS: [&str; 16] = [
+/// ISO 8601 as programs write it, dates with points or with the month's name, and hours with AM or PM, by the patterns of
+/// `chrono::format::strftime`. Dates with points begin with the day wherever they are in use; see [`SLASHES`] for dates with slashes.
+const FORMATS: [&str; 19] = [
     "%Y-%m-%dT%H:%M:%S%.f%#z",
     "%Y-%m-%d %H:%M:%S%.f%#z",
     "%Y-%m-%dT%H:%M:%S%.f",
@@ -15,12 +15,24 @@ const FORMATS: [&str; 16] = [
     "%Y%m%dT%H%M%S%.f",
     "%d.%m.%Y %H:%M:%S%.f",
     "%d.%m.%Y %H:%M",
+    "%d-%b-%Y %H:%M:%S%.f",
+    "%d-%b-%Y %H:%M",
     "%Y-%m-%d %I:%M:%S%.f %p",
     "%Y-%m-%d",
     "%d.%m.%Y",
+    "%d-%b-%Y",
     "%I:%M:%S%.f %p",
     "%H:%M:%S%.f",
     "%H:%M",
+];
+
+/// Dates with slashes, with the month or the day first: a number above 12 in one of the rows settles which.
+const SLASHES: [[&str; 2]; 5] = [
+    ["%m/%d/%Y", "%d/%m/%Y"],
+    ["%m/%d/%Y %H:%M:%S%.f", "%d/%m/%Y %H:%M:%S%.f"],
+    ["%m/%d/%Y %I:%M:%S%.f %p", "%d/%m/%Y %I:%M:%S%.f %p"],
+    ["%m/%d/%Y %H:%M", "%d/%m/%Y %H:%M"],
+    ["%m/%d/%Y %I:%M %p", "%d/%m/%Y %I:%M %p"],
 ];
 
 /// The name for the format of durations: `0 days 00:00:01.5`, as pandas writes them, or `1.5 sec`, as MATLAB does.
@@ -104,8 +116,29 @@ impl<'a> Stamps<'a> {
         FORMATS.into_iter().chain([DURATION]).find_map(of)
     }
 
+    /// The formats of a date with slashes, with the month first and with the day first, and its instants.
+    pub(super) fn with_slashes(field: &str) -> Vec<(Self, i64)> {
+        let of = |format| {
+            let stamps = Stamps { format };
+            stamps.nanoseconds(field).map(|instant| (stamps, instant))
+        };
+        if field.matches('/').count() != 2 {
+            return Vec::new();
+        }
+        let found = SLASHES.iter().map(|both| both.iter().copied().filter_map(of).collect());
+        found
+            .into_iter()
+            .find(|found: &Vec<_>| !found.is_empty())
+            .unwrap_or_default()
+    }
+
     pub(super) fn part(self) -> Part {
         part(self.format)
+    }
+
+    /// As `--time-format` takes it.
+    pub(super) fn format(self) -> &'a str {
+        self.format
     }
 
     /// The instant in ns since an origin that all stamps of one format share.
@@ -168,7 +201,10 @@ mod tests {
             instant("2024-05-02").unwrap() - instant("2024-05-01").unwrap(),
             86_400_000_000_000
         );
-        // Month or day first? That needs a format.
+        assert_eq!(instant("01-May-2024 10:00:00.100"), Some(tenth));
+        assert_eq!(instant("01-May-2024 10:01"), instant("2024-05-01 10:01"));
+        assert_eq!(instant("01-May-2024"), instant("2024-05-01"));
+        // Month or day first? One row does not say.
         for field in ["01/02/2024 10:00:00", "1.5", "-3", "5e-3", "idle", "2024-13-01", ""] {
             assert_eq!(instant(field), None, "{field}");
         }

@@ -83,9 +83,9 @@ impl Suggestion {
     }
 }
 
-/// Numbers that instruments write for a missing sample.
-const SENTINELS: [f64; 9] = [
-    99.0, 999.0, 9999.0, 99_999.0, 999.9, 9999.9, 32_767.0, 32_768.0, 65_535.0,
+/// Numbers that instruments write for a missing sample; Campbell's loggers have -6999 and -7999 for numbers of two bytes.
+const SENTINELS: [f64; 11] = [
+    99.0, 999.0, 9999.0, 99_999.0, 999.9, 9999.9, 6999.0, 7999.0, 32_767.0, 32_768.0, 65_535.0,
 ];
 
 /// The number that a column seems to have in place of missing samples: one of those that instruments write, repeated, far from all others and

@@ -1,0 +1,94 @@
+//! A table below other lines.
+
+use super::fields::{SEPARATORS, first_lines, rows};
+use super::header::are_names;
+use super::{columns, numbers};
+use crate::options::ReadOptions;
+
+/// How many lines are searched for a table below other lines, and the fewest lines that such a table must have.
+pub(super) const SEARCHED_LINES: usize = 100;
+const TABLE_LINES: usize = 3;
+
+/// The most fields with content in a line above a table that is padded to its width.
+const PADDED: usize = 2;
+
+/// The most lines of a header and units.
+const HEADINGS: usize = 2;
+
+/// A table below other lines.
+pub(super) struct TableBelow {
+    /// The line on which it seems to begin.
+    pub(super) line: u64,
+    /// Whether the lines above can be left out: the table has its own header and more fields than every line above, or each line above is a text
+    /// that the separator of the table does not divide. Such a text may still have the names, between spaces.
+    pub(super) is_sure: bool,
+}
+
+/// Looks for a table below other lines. The first line has another number of fields. The lines of the table have equally many, and numbers in the
+/// same columns, except for a header and a line of units.
+pub(super) fn table_below(head: &[u8], options: &ReadOptions) -> Option<TableBelow> {
+    let lines = first_lines(head, options.skip, SEARCHED_LINES);
+    let given = options
+        .separator
+        .map(|given| Some(given as u8).filter(|given| *given != b' '));
+    let candidates = SEPARATORS.map(Some).into_iter().chain([None]);
+    let candidates = candidates.filter(|separator| given.is_none_or(|given| given == *separator));
+    let found = candidates.filter_map(|separator| {
+        let rows = rows(&lines, separator);
+        let last = rows.last().filter(|_| rows.len() == lines.len())?;
+        let is_number =
+            |field: &String| numbers::readable_number(field, options).is_some() || numbers::has_unit(field, options);
+        let numbers: Vec<usize> = (0..last.len()).filter(|&i| is_number(&last[i])).collect();
+        let is_readable = |field: &String| is_number(field) || columns::is_readable(field, options);
+        let is_sample = |row: &Vec<String>| numbers.iter().all(|&i| is_readable(&row[i]));
+        let is_heading = |row: &Vec<String>| numbers.iter().all(|&i| !is_readable(&row[i]));
+        let filled = |row: &Vec<String>| row.iter().rposition(|field| !field.is_empty()).map_or(0, |i| i + 1);
+        // A spreadsheet pads the lines above its table.
+        let is_short = |row: &Vec<String>| filled(row) <= PADDED && filled(row) + 1 < last.len();
+        let has_numbers = |row: &Vec<String>| numbers.iter().any(|&i| is_number(&row[i]));
+        let is_padded = |row: &&Vec<String>| row.len() == last.len() && is_short(row) && !has_numbers(row);
+        let padded = rows.iter().take_while(is_padded).count();
+        let others = rows.iter().rposition(|row| row.len() != last.len());
+        let others = others.max(padded.checked_sub(1))?;
+        let block = &rows[others + 1..];
+        let samples = block.iter().rposition(|row| !is_sample(row)).map_or(0, |i| i + 1);
+        let headings = block[..samples]
+            .iter()
+            .rev()
+            .take(HEADINGS)
+            .take_while(|row| is_heading(row))
+            .count();
+        let has_lines_before =
+            (padded > 0 || rows[0].len() != last.len()) && block.len() - samples + headings >= TABLE_LINES;
+        let first = others + 1 + samples - headings;
+        let above = &rows[..first];
+        let has_header = headings > 0 && above.iter().all(|row| filled(row) < last.len());
+        let is_text = |row: &Vec<String>| row.len() == 1 && !is_readable(&row[0]);
+        let words = |row: &Vec<String>| row[0].split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+        let is_below_texts = headings == 0
+            && options.header != Some(true)
+            && numbers.len() > 1
+            && above.iter().all(is_text)
+            && above.last().is_none_or(|last| !are_names(&words(last), block, options))
+            && separator.is_some_and(|separator| divides(separator, block));
+        let is_sure = has_header || is_below_texts;
+        let table = || TableBelow {
+            line: lines[first].number,
+            is_sure,
+        };
+        let is_divided = is_sure && separator.is_some();
+        (has_lines_before && last.len() > 1 && !numbers.is_empty()).then(|| (is_divided, last.len(), table()))
+    });
+    // Where another separator divides the rows, spaces are parts of the fields.
+    found
+        .max_by_key(|(is_divided, width, table)| (table.is_sure, *is_divided, *width))
+        .map(|(_, _, table)| table)
+}
+
+/// Whether a separator can only divide these rows. A comma may be a decimal sign, unless there are decimal points, or an odd number of fields.
+fn divides(separator: u8, rows: &[Vec<String>]) -> bool {
+    let any = |is: fn(&String) -> bool| rows.iter().flatten().any(is);
+    separator != b','
+        || any(|field| field.contains('.') && field.parse::<f64>().is_ok())
+        || rows[0].len() % 2 == 1 && !any(|field| field.contains(char::is_whitespace))
+}
