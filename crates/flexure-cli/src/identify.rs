@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
 use flexure::identify::{AUTO, Calibration, HAMMERSTEIN, Options, RefinedHammerstein, Structure, structures};
+use flexure::text::shown_path;
 use flexure_io::{ModelFile, RecordFile, model_text};
 use flexure_report::data::ArmMotion;
 use flexure_workbench::fleet::{Outcome, joined, single_values};
@@ -174,6 +175,34 @@ impl Arguments {
         Ok((Task { structure, options }, note))
     }
 
+    /// Whether neither a structure nor a choice of one is given.
+    fn is_default(&self) -> bool {
+        self.structure.is_none() && self.given().next().is_none()
+    }
+
+    /// The task for a record: without a given structure, linear dynamics where the output integrates the input, as no other structure has
+    /// poles for that; then with a note.
+    fn fitting(&self, task: Task, file: &RecordFile, columns: SystemColumns) -> (Task, Option<String>) {
+        let integrated = self.is_default().then(|| task.integrated(file, columns)).flatten();
+        let Some(input) = integrated else {
+            return (task, None);
+        };
+        let (path, output) = (quoted(&shown_path(&file.path)), columns.output);
+        let [position, torque] = [output, input].map(quoted);
+        let note = format!(
+            "note: '{output}' integrates '{input}', so that the structure linear is taken; if they are a position and a torque or force: \
+             flexure joint {path} --position {position} --torque {torque}"
+        );
+        let linear = Structure::by_name("linear").unwrap_or(task.structure);
+        (
+            Task {
+                structure: linear,
+                ..task
+            },
+            Some(note),
+        )
+    }
+
     /// Refuses options that are wrong for every record.
     pub fn check(&self) -> Result<()> {
         if let Some(inputs) = self.inputs() {
@@ -193,6 +222,7 @@ impl Arguments {
             inputs: &connected.inputs(),
             output: &connected.output,
         };
+        let (task, _) = self.fitting(task, &file, columns);
         let identified = task.identify(&file, columns, sample_time, &[], &|_| ControlFlow::Continue(()))?;
         let object = identified.json();
         let mut row = single_values(&object);
@@ -234,7 +264,7 @@ impl Arguments {
         let is_plain =
             self.records.len() == 1 && self.reading.given().is_empty() && self.periods.first_given().is_none();
         let reading = python::reading(file, &[columns.inputs, &[columns.output]].concat()).filter(|_| is_plain)?;
-        let model = python::estimator(self.structure(), &task.options)?.text();
+        let model = python::estimator(task.structure, &task.options)?.text();
         let fit = Call::new(".fit")
             .code("record")
             .with("input", Some(python::names(columns.inputs)))
@@ -317,6 +347,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         inputs: &connected.inputs(),
         output: &connected.output,
     };
+    let (task, note) = match samples.len() {
+        1 => arguments.fitting(task, &file, columns),
+        _ => (task, None),
+    };
+    if let Some(note) = note {
+        print_note(&note);
+    }
     let periodic = match samples.len() {
         1 => arguments.periods.approximate(&file, columns, sample_time)?,
         _ => None,
@@ -351,7 +388,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return print(&identified.json().to_string());
     }
     // The default structure is one of many.
-    let is_default = arguments.structure.is_none() && arguments.given().next().is_none() && samples.len() == 1;
+    let is_default = arguments.is_default() && task.structure.name == arguments.structure().name && samples.len() == 1;
     let holds = identified.result.verdict.holds();
     let is_hidden = identified.result.verdict.hidden_by.is_some();
     let next = match &arguments.model {

@@ -1,8 +1,11 @@
-//! `flexure look` on untidy logs: the command that it suggests mends them, and runs as printed.
+//! `flexure look` on untidy logs: the command that it suggests mends them, and runs as printed. `flexure prepare` says what it changes.
 
 mod common;
 
 use common::{Folder, next, typed};
+use flexure::Record;
+use flexure_io::write_record;
+use serde_json::Value;
 
 /// A number that stands for a missing sample hides all dependences: the second look takes it for one, and its command can be typed.
 #[test]
@@ -68,4 +71,138 @@ fn stamps_that_jitter_may_be_those_of_even_samples() {
     folder.done("prepare jitter.csv --sample-time 0.01 -o even.csv");
     let even = flexure_io::read_record(folder.path("even.csv")).unwrap();
     assert_eq!(even.column("y").unwrap(), y);
+}
+
+/// Stamps of whole seconds, taken early or late, repeat and skip. With as many rows as the duration needs, no row is lost or there twice.
+#[test]
+fn stamps_of_whole_seconds_are_not_lost_rows() {
+    let folder = Folder::new();
+    let record = folder.known("r.csv", 600, 6);
+    let (u, y) = (record.column("u").unwrap(), record.column("y").unwrap());
+    // Every 2 s; a late stamp equals the next one, and an early one the one before.
+    let stamp = |k: usize| 2 * k + 2 * usize::from(k % 90 == 40) - 2 * usize::from(k % 90 == 70);
+    let log = |rows: &[usize]| -> String {
+        let row = |&k: &usize| format!("{},{},{}\n", stamp(k), u[k], y[k]);
+        format!("t,u,y\n{}", rows.iter().map(row).collect::<String>())
+    };
+    let all: Vec<usize> = (0..600).collect();
+    folder.write("coarse.csv", log(&all));
+    let looked = folder.done("look coarse.csv").replace("\n                      ", " ");
+    assert!(
+        looked.contains("there are just the samples that one every 2.000 s needs"),
+        "{looked}"
+    );
+    assert_eq!(
+        next(&looked),
+        "flexure prepare coarse.csv --sample-time 2 -o prepared.csv"
+    );
+    let outcome = typed(&folder, next(&looked));
+    assert!(
+        outcome
+            .stdout
+            .contains("next: flexure identify prepared.csv --input u --output y"),
+        "{outcome:?}"
+    );
+    let prepared = flexure_io::read_record(folder.path("prepared.csv")).unwrap();
+    assert_eq!(prepared.column("y").unwrap(), y);
+    assert_eq!(prepared.sample_time("t").unwrap(), 2.0);
+    // With a lost row, or one that is there twice, there are not as many rows as the duration needs.
+    let lost: Vec<usize> = all.iter().copied().filter(|k| *k != 300).collect();
+    let twice: Vec<usize> = all.iter().flat_map(|k| vec![*k; 1 + usize::from(*k == 300)]).collect();
+    for (name, rows) in [("lost.csv", lost), ("twice.csv", twice)] {
+        folder.write(name, log(&rows));
+        let looked = folder.done(&format!("look {name}"));
+        assert!(next(&looked).contains("prepare"), "{name}: {looked}");
+    }
+}
+
+/// A text among the numbers of one column is one for missing samples, whatever the other columns hold.
+#[test]
+fn a_text_beside_units_leads_to_a_second_look() {
+    let folder = Folder::new();
+    let record = folder.known("r.csv", 400, 7);
+    let (u, y) = (record.column("u").unwrap(), record.column("y").unwrap());
+    let level = |k: usize| {
+        if k == 77 {
+            "Err".to_owned()
+        } else {
+            format!("{} mm", y[k])
+        }
+    };
+    let rows: String = (0..400)
+        .map(|k| format!("{},{} %,{}\n", 0.01 * k as f64, u[k], level(k)))
+        .collect();
+    folder.write("err.csv", format!("t,u,y\n{rows}"));
+    assert_eq!(
+        next(&folder.done("look err.csv")),
+        "flexure look err.csv --missing-text Err"
+    );
+}
+
+/// What resampling makes up is said: missing samples, lost rows, rows at one instant.
+#[test]
+fn resampling_says_what_it_interpolates() {
+    let folder = Folder::new();
+    let rows = (0..200)
+        .filter(|i| *i != 50)
+        .flat_map(|i| vec![i; 1 + usize::from(i == 120)]);
+    let row = |i: usize| {
+        let y = if [80, 81, 150].contains(&i) {
+            String::new()
+        } else {
+            (0.1 * i as f64).sin().to_string()
+        };
+        format!("{},{},{y}\n", 0.01 * i as f64, i % 7)
+    };
+    folder.write("r.csv", format!("t,u,q_deg\n{}", rows.map(row).collect::<String>()));
+    let text = folder.done("prepare r.csv --resample 0.01 --convert q_deg=rad -o out.csv");
+    for said in [
+        "'q_deg' is converted from deg to rad\n",
+        "are now 200 every 0.01 s; 1 row has the instant of the row before, and the mean of both counts; 1 gap in time is interpolated; \
+         3 samples missing of 'q_deg' are interpolated\n",
+    ] {
+        assert!(text.contains(said), "{text}");
+    }
+}
+
+/// Names with their units at the end, beside the reference of a position controller, are those of a joint.
+#[test]
+fn an_axis_is_known_by_names_that_end_in_units() {
+    let folder = Folder::new();
+    let [t, torque, q] = common::axis(12_000);
+    let degrees: Vec<f64> = q.iter().map(|q| q.to_degrees()).collect();
+    let late: Vec<f64> = (0..degrees.len())
+        .map(|i| degrees[(i + 8).min(degrees.len() - 1)])
+        .collect();
+    let plain = [("t", t.clone()), ("c1", torque.clone()), ("c2", q)];
+    let named = [("t", t), ("ref_deg", late), ("q_deg", degrees), ("tau_Nm", torque)];
+    write_record(folder.path("plain.csv"), &Record::new(plain).unwrap()).unwrap();
+    write_record(folder.path("named.csv"), &Record::new(named).unwrap()).unwrap();
+    let line = next(&folder.done("look named.csv")).to_owned();
+    assert_eq!(
+        line,
+        "flexure joint named.csv --position q_deg --torque tau_Nm --report report.html"
+    );
+    let inertia = |command: &str| {
+        let joint: Value = serde_json::from_str(&folder.run(command).stdout).unwrap();
+        joint["inertia"]["value"].as_f64().unwrap()
+    };
+    let [in_degrees, in_radians] = [
+        inertia("joint named.csv --position q_deg --torque tau_Nm --json"),
+        inertia("joint plain.csv --position c2 --torque c1 --json"),
+    ];
+    assert!(
+        (in_degrees / in_radians - 1.0).abs() < 1e-9,
+        "{in_degrees} {in_radians}"
+    );
+    // Without a structure, linear dynamics are fitted, which have a place for an integrator.
+    let noted = folder.run("identify plain.csv --input c1 --output c2");
+    let note = "note: 'c2' integrates 'c1', so that the structure linear is taken; if they are a position and a torque or force: \
+                flexure joint plain.csv --position c2 --torque c1";
+    assert!(noted.stderr.contains(note), "{}", noted.stderr);
+    assert!(
+        noted.stdout.starts_with("Linear model from 'c1' to 'c2'"),
+        "{}",
+        noted.stdout
+    );
 }

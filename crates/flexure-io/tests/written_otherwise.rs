@@ -276,6 +276,9 @@ fn texts_for_missing_samples_are_named_by_an_option() {
         "{said}"
     );
     assert_eq!(read("words", content).unread_texts(), ["Bad Input", "OVER"]);
+    // Numbers with their unit are no such texts.
+    let with_units = "t,u,y\n0,1.5,1 mm\n0.01,2.5,Err\n0.02,3.5,2 mm\n";
+    assert_eq!(read("units", with_units).unread_texts(), ["Err"]);
     let options = ReadOptions {
         missing_texts: vec!["Bad Input".to_owned(), "OVER".to_owned()],
         ..ReadOptions::default()

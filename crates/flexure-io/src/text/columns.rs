@@ -1,7 +1,7 @@
 //! The columns of a text file: numbers, time stamps, or texts that cannot serve as signals.
 
 use super::fields::is_identifier;
-use super::numbers::{Numbers, before_unit, is_missing, readable_number};
+use super::numbers::{Numbers, before_unit, has_unit, is_missing, readable_number};
 use super::stamps::{self, Part, Stamps};
 use crate::error::LineProblem;
 use crate::options::ReadOptions;
@@ -135,7 +135,7 @@ impl<'a> Column<'a> {
             Kind::Text { before, texts, .. } => {
                 let may_be_new = before.is_some() || (!texts.is_empty() && texts.len() <= MOST_TEXTS);
                 if may_be_new && !field.is_empty() {
-                    match is_readable(field, options) {
+                    match is_readable(field, options) || has_unit(field, options) {
                         true => *before = None,
                         false if texts.len() <= MOST_TEXTS && !texts.iter().any(|text| text == field) => {
                             texts.push(field.to_owned());

@@ -57,6 +57,14 @@ pub(super) fn even_spacing(
     sample_time: f64,
     inputs: &[usize],
 ) -> Suggestion {
+    if even_behind_stamps(look, file).is_some() {
+        let why = "The stamps jitter, but the samples are evenly spaced. This gives them even stamps.".to_owned();
+        return Suggestion::new(
+            "prepare",
+            &["--sample-time", &plain(sample_time), "-o", "prepared.csv"],
+            why,
+        );
+    }
     let samples = (look.time).map_or(0, |i| look.columns[i].samples + look.columns[i].missing);
     let stretch = longest_stretch(clock, samples);
     let repeats = has_repeated_rows_only(look, file, clock);

@@ -6,10 +6,10 @@ use flexure::look::{Column, Dependence, Direction, Kind, Look, Relation};
 use flexure::text::exact;
 use flexure_io::RecordFile;
 
+use super::Request;
 use super::joint::{self, Failure};
-use super::preparations::{are_wild, even_behind_stamps, even_spacing, repair, with_outliers, without_outliers};
+use super::preparations::{are_wild, even_spacing, repair, with_outliers, without_outliers};
 use super::roles::{Role, role};
-use super::{Request, tidy};
 use crate::text::quoted;
 
 /// With only this number of input levels, a nonlinearity cannot be distinguished from a straight line.
@@ -136,17 +136,6 @@ pub(super) fn suggestion(
     if let Some(again) = reading_again(file, look) {
         return (Some(again), None);
     }
-    let even = match request.sample_time {
-        None => {
-            even_behind_stamps(look, file).map(|step| tidy(step * request.time.map_or(1.0, |(_, seconds)| seconds)))
-        }
-        Some(_) => None,
-    };
-    let of_even_samples = Request {
-        sample_time: even.or(request.sample_time),
-        ..*request
-    };
-    let (request, sample_time) = (&of_even_samples, even.or(sample_time));
     let signals = signals(request, look);
     let held = signals.as_ref().map(|s| s.inputs.clone()).unwrap_or_default();
     let suggestion = match joint::suggestion(file, request, look, sample_time) {
@@ -158,9 +147,7 @@ pub(super) fn suggestion(
         },
     };
     let suggestion = suggestion.map(|suggestion| match (&look.clock, sample_time) {
-        (Some(clock), Some(step)) if !clock.is_uniform && even.is_none() => {
-            even_spacing(look, file, clock, step, &held)
-        }
+        (Some(clock), Some(step)) if !clock.is_uniform => even_spacing(look, file, clock, step, &held),
         _ => suggestion,
     });
     (suggestion.map(|suggestion| suggestion.into_another(file)), None)

@@ -43,6 +43,15 @@ pub struct Identified {
 }
 
 impl Task {
+    /// The input that the output integrates, if there is one.
+    pub fn integrated<'a>(
+        &self,
+        file: &RecordFile,
+        SystemColumns { inputs, output }: SystemColumns<'a>,
+    ) -> Option<&'a str> {
+        integrated(&file.record, inputs, output)
+    }
+
     /// Whether several experiments of one system can be identified together.
     pub fn takes_experiments(&self) -> bool {
         self.structure.is_refined(&self.options)
@@ -90,7 +99,11 @@ impl Task {
         } = *request;
         // A model with a pole at 1 has a place for it.
         if result.detail("integrators").is_none() {
-            let integrated = integrated(records[0], inputs, output);
+            let integrated = integrated(records[0], inputs, output).map(|input| Warning::IntegratedOutput {
+                input: input.to_owned(),
+                output: output.to_owned(),
+            });
+            // It comes first, since it explains all others.
             result.warnings.splice(0..0, integrated);
         }
         let columns = [inputs, &[output]].concat();
@@ -110,15 +123,11 @@ impl Task {
     }
 }
 
-/// A warning for an output that integrates an input; it comes first, since it explains all others.
-fn integrated(record: &Record, inputs: &[&str], output: &str) -> Option<Warning> {
+/// The input that the output integrates, if there is one.
+fn integrated<'a>(record: &Record, inputs: &[&'a str], output: &str) -> Option<&'a str> {
     let y = record.column(output).ok()?;
-    let integrates = |input: &&&str| record.column(input).is_ok_and(|u| integrated_output(u, y).is_some());
-    let input = inputs.iter().find(integrates)?;
-    Some(Warning::IntegratedOutput {
-        input: (*input).to_owned(),
-        output: output.to_owned(),
-    })
+    let integrates = |input: &&str| record.column(input).is_ok_and(|u| integrated_output(u, y).is_some());
+    inputs.iter().copied().find(integrates)
 }
 
 /// The records of experiments that follow each other.

@@ -117,7 +117,7 @@ pub enum Warning {
     /// The output does not settle under a constant input.
     #[error(
         "'{output}' integrates '{input}', as a position integrates a force, and does not settle: a joint's friction and inertia \
-         explain that (`flexure joint`). Only `--structure linear` has poles for it; for a nonlinearity identify the output's difference"
+         explain that (`flexure joint`). Of the structures, only linear has poles for it; for a nonlinearity identify the output's difference"
     )]
     IntegratedOutput {
         /// The column that is integrated.

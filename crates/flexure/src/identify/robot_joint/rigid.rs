@@ -144,11 +144,6 @@ impl RigidJoint<'_> {
                 bulge += length * (mean(&needed[third..run.len() - third]) - ends);
             }
         }
-        eprintln!(
-            "EXCESS {} {} of {value}",
-            excess / value / samples,
-            bulge / value / samples
-        );
         [excess, bulge].iter().all(|sum| sum / value < CLIPPED_EXCESS * samples)
     }
 
