@@ -27,7 +27,7 @@ return [...document.querySelectorAll("canvas")].map((canvas) => {
 });
 """
 
-ARM_PICTURE = "return document.getElementById('arm-canvas').toDataURL()"
+ARM_PICTURE = "return document.querySelector('#arm-canvas, #chain-canvas').toDataURL()"
 
 
 def severe(report):
@@ -149,10 +149,27 @@ def test_theme_button_changes_colours_and_plots(report):
     assert (report.js(colour), report.js(picture)) == before
 
 
+def test_a_chain_turns_as_it_is_dragged(report):
+    needs(report, "#chain-canvas", "chain")
+    canvas = report.driver.find_element("css selector", "#chain-canvas")
+    report.js("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", canvas)
+    before = report.js(ARM_PICTURE)
+    actions = ActionChains(report.driver, duration=50)
+    actions.move_to_element(canvas).click_and_hold().move_by_offset(60, -20).release().perform()
+    report.settle()
+    turned = report.js(ARM_PICTURE)
+    assert turned != before, "the picture does not turn"
+    actions = ActionChains(report.driver, duration=50)
+    actions.move_to_element(canvas).move_by_offset(40, 10).perform()
+    report.settle()
+    assert report.js(ARM_PICTURE) == turned, "the picture turns without being dragged"
+
+
 def test_arm_plays_pauses_and_seeks(report):
     needs(report, "#arm-play", "arm")
     where = "return Number(document.getElementById('arm-time').value)"
-    line = "return document.querySelector('.playhead').style.transform"
+    # A chain has no plots beside its picture.
+    line = "return document.querySelector('.playhead')?.style.transform ?? document.getElementById('arm-clock').textContent"
     before = report.js(where), report.js(ARM_PICTURE), report.js(line)
     report.click("#arm-play")
     report.wait(f"Number(document.getElementById('arm-time').value) > {before[0] + 5}", "the slider does not move")
@@ -160,11 +177,14 @@ def test_arm_plays_pauses_and_seeks(report):
     report.click("#arm-play")
     after = report.js(where), report.js(ARM_PICTURE), report.js(line)
     assert after[1] != before[1], "the picture stands still"
-    assert after[2] != before[2], "the line in the plots stands still"
+    assert after[2] != before[2], "the line in the plots, or the clock, stands still"
     report.settle()
     assert report.js(where) == after[0], "paused, but the time runs on"
     report.js("const s = document.getElementById('arm-time'); s.value = 0; s.dispatchEvent(new Event('input'))")
     assert report.js(ARM_PICTURE) != after[1], "the slider does not move the arm"
+    assert severe(report) == []
+    if not report.has("#arm-plots .u-over"):
+        return
     report.click("#arm-plots .u-over")
     last = report.js("return Number(document.getElementById('arm-time').max)")
     assert report.js(where) == pytest.approx(last / 2, rel=0.03), "a click into a plot does not seek"

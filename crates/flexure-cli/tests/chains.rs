@@ -103,6 +103,48 @@ fn beams_of_elements_and_modes_run_and_agree() {
     assert!(tips[0] < -1e-4 && (tips[1] / tips[0] - 1.0).abs() < 1e-2, "{tips:?}");
 }
 
+/// The page carries the points of every instant: a pendulum's end lies on its circle, and a free base drifts.
+#[test]
+fn a_page_shows_the_moving_chain() {
+    let folder = Folder::new();
+    folder.write("rod.urdf", PENDULUM);
+    let run = "--duration 1 --sample-time 0.1 -o r.csv --report r.html";
+    let said = folder.done(&format!("simulate rod.urdf {run} --start pivot=0.5"));
+    assert!(said.ends_with("on a fixed base: pivot)\nwrote r.html\n"), "{said}");
+    let drawn = |page: &str| -> serde_json::Value {
+        let data = page.split("id=\"page-data\">").nth(1).unwrap();
+        serde_json::from_str(data.split("</script>").next().unwrap()).unwrap()
+    };
+    let page = folder.read("r.html");
+    assert!(page.contains("<title>Motion of rod.urdf</title>") && page.contains("flexure simulate rod.urdf"));
+    let chain = &drawn(&page)["chain"];
+    assert_eq!(chain["lines"], serde_json::json!([[0, 1], [1, 2]]));
+    let angles = folder.column("r.csv", "q_pivot");
+    for (k, angle) in angles.iter().enumerate() {
+        // Along z at zero, turning about y.
+        let end: Vec<f64> = (0..3).map(|c| chain["points"][k][2][c].as_f64().unwrap()).collect();
+        let expected = [-0.5 * angle.sin(), 0.0, -0.5 * angle.cos()];
+        assert!(
+            end.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6),
+            "{k}: {end:?} {expected:?}"
+        );
+    }
+    // Under torques a free base moves, and its drift is a fact of the page.
+    let rows = "3.0,-1.0\n".repeat(11);
+    folder.write("tau.csv", format!("tau_joint1,tau_joint2\n{rows}"));
+    folder.done(
+        "simulate --preset free-space-arm --duration 1 --sample-time 0.1 --torques tau.csv -o f.csv --report f.html",
+    );
+    let page = folder.read("f.html");
+    let [x, y] = ["base_x", "base_y"].map(|name| folder.column("f.csv", name));
+    let moved = drawn(&page)["chain"]["points"][10][0][0].as_f64().unwrap();
+    assert!(
+        (moved - x[10]).abs() < 1e-6 && x[10].hypot(y[10]) > 1e-4,
+        "{moved} {x:?}"
+    );
+    assert!(page.contains("the farthest that it drifts from its start"));
+}
+
 #[test]
 fn what_cannot_be_run_is_refused() {
     let folder = Folder::new();
@@ -128,6 +170,10 @@ fn what_cannot_be_run_is_refused() {
         (
             "simulate --preset space-arm --duration 1 -o r.csv",
             "--duration is for chains",
+        ),
+        (
+            "simulate --preset space-arm -o r.csv --report r.html",
+            "--report draws chains",
         ),
         (
             &format!("{run} --start elbow=1"),

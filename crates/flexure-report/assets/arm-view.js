@@ -83,9 +83,7 @@ class ArmView {
   }
 
   drawGrid(ctx, at, scale) {
-    const target = this.size / 5 / scale;
-    const power = 10 ** Math.floor(Math.log10(target));
-    const step = power * [5, 2, 1].find((f) => f * power <= target);
+    const step = roundStep(this.size / 5 / scale);
     const { middle, half } = this.box;
     ctx.lineWidth = 1;
     ctx.strokeStyle = colour("--line");
@@ -154,6 +152,12 @@ class ArmView {
     stroke(ctx, [[x, y], end], 2.5, colour("--third"));
     disc(ctx, end, 3.5, colour("--third"), colour("--card"));
   }
+}
+
+/** The largest of 1, 2 and 5 times a power of ten that is at most `most`. */
+function roundStep(most) {
+  const power = 10 ** Math.floor(Math.log10(most));
+  return power * [5, 2, 1].find((f) => f * power <= most);
 }
 
 /** A series at a fractional index, linearly between its samples. */

@@ -1,100 +1,37 @@
-/* Playing the arm's motion: button, slider, speed, and the plots beside it with a line at the present moment. */
+/* The two-link arm's motion: the picture, numbers below it, and plots beside it with a line at the present moment. */
 
-const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
-const WATCHABLE = 30; // seconds that a motion should at most take at the speed it starts with
 const PLOTS_HEIGHT = 480; // of all the plots beside the picture together, without their legend and time axis
-const FIRST_SIGHT = 0.35; // where the picture stands before anything is played, as a part of the motion
 
-class Player {
-  constructor(arm) {
-    this.arm = arm;
-    this.last = arm.q[0].length - 1;
-    this.view = new ArmView(byId("arm-canvas"), arm);
-    this.slider = byId("arm-time");
-    this.button = byId("arm-play");
-    this.speed = byId("arm-speed");
-    this.seconds = /^s(ec.*)?$/.test(arm.time.unit);
-    this.readout = this.makeReadout();
-    this.plots = plotArm(arm, (t) => this.seek((t - arm.time.start) / arm.time.step));
-    this.slider.max = this.last;
-    this.fillSpeeds();
-    this.button.addEventListener("click", () => (this.playing ? this.pause() : this.play()));
-    this.slider.addEventListener("input", () => this.seek(Number(this.slider.value)));
-    document.addEventListener("visibilitychange", () => document.hidden && this.pause());
-    if (this.view.gain > 1) byId("arm-gain").textContent = `, drawn ${this.view.gain} times as large`;
-    this.seek(Math.round(this.last * FIRST_SIGHT));
-  }
+/** Plays the arm's motion. */
+function playArm(arm) {
+  const view = new ArmView(byId("arm-canvas"), arm);
+  const readout = readoutOf(arm);
+  const plots = plotArm(arm, (t) => player.seekTime(t));
+  if (view.gain > 1) byId("arm-gain").textContent = `, drawn ${view.gain} times as large`;
+  const player = new Player(arm.time, arm.q[0].length - 1, (position, t) => {
+    view.draw(position);
+    for (const show of readout) show(position);
+    plots.mark(t);
+  });
+}
 
-  /** Samples a second of real time at speed 1: without a sample time, 60 samples pass in a second. */
-  get rate() {
-    return this.seconds ? 1 / this.arm.time.step : 60;
-  }
-
-  fillSpeeds() {
-    const start = SPEEDS.find((s) => s >= 1 && this.last / this.rate / s <= WATCHABLE) ?? SPEEDS.at(-1);
-    for (const s of SPEEDS) this.speed.add(new Option(`${s}×`, s, s === start, s === start));
-  }
-
-  play() {
-    if (this.position >= this.last) this.seek(0);
-    this.playing = true;
-    this.showState();
-    let before = performance.now();
-    const step = (now) => {
-      if (!this.playing) return;
-      // A tab that was away must not make the arm jump.
-      const passed = Math.min(Math.max(now - before, 0), 100) / 1000;
-      before = now;
-      this.seek(this.position + passed * Number(this.speed.value) * this.rate);
-      if (this.position >= this.last) this.pause();
-      else requestAnimationFrame(step);
+/** One line a quantity below the picture; each entry updates its number. */
+function readoutOf({ q, qm, tau }) {
+  const degrees = (rad) => `${((rad * 180) / Math.PI).toFixed(1)}°`;
+  const lines = [0, 1].flatMap((k) => [
+    [["shoulder", "elbow"][k], (i) => degrees(between(q[k], i)), true],
+    ["deflection", (i) => `${(1000 * (between(qm[k], i) - between(q[k], i))).toFixed(1)} mrad`, qm[k].length],
+    ["torque", (i) => `${readable(tau[k][Math.floor(i)] ?? NaN, 3)} N m`, tau[k].length],
+  ]);
+  return lines.filter(([, , there]) => there).map(([name, value]) => {
+    const row = document.createElement("span");
+    const number = document.createElement("b");
+    row.append(name, number);
+    byId("arm-readout").append(row);
+    return (i) => {
+      number.textContent = value(i).replace("-", "−");
     };
-    requestAnimationFrame(step);
-  }
-
-  pause() {
-    this.playing = false;
-    this.showState();
-  }
-
-  showState() {
-    this.button.setAttribute("aria-pressed", String(Boolean(this.playing)));
-    this.button.setAttribute("aria-label", this.playing ? "Pause" : "Play");
-  }
-
-  /** Shows the motion at a whole or fractional sample. */
-  seek(position) {
-    this.position = Math.min(Math.max(position, 0), this.last);
-    const t = this.arm.time.start + this.position * this.arm.time.step;
-    this.view.draw(this.position);
-    this.slider.value = this.position;
-    const decimals = Math.min(3, Math.max(0, Math.ceil(-Math.log10(this.arm.time.step))));
-    const clock = `${t.toFixed(decimals)} ${this.arm.time.unit}`.trim().replace("-", "−");
-    byId("arm-clock").textContent = clock;
-    this.slider.setAttribute("aria-valuetext", clock);
-    for (const show of this.readout) show(this.position);
-    this.plots.mark(t);
-  }
-
-  /** One line a quantity below the picture; each entry updates its number. */
-  makeReadout() {
-    const { q, qm, tau } = this.arm;
-    const degrees = (rad) => `${((rad * 180) / Math.PI).toFixed(1)}°`;
-    const lines = [0, 1].flatMap((k) => [
-      [["shoulder", "elbow"][k], (i) => degrees(between(q[k], i)), true],
-      ["deflection", (i) => `${(1000 * (between(qm[k], i) - between(q[k], i))).toFixed(1)} mrad`, qm[k].length],
-      ["torque", (i) => `${readable(tau[k][Math.floor(i)] ?? NaN, 3)} N m`, tau[k].length],
-    ]);
-    return lines.filter(([, , there]) => there).map(([name, value]) => {
-      const row = document.createElement("span");
-      const number = document.createElement("b");
-      row.append(name, number);
-      byId("arm-readout").append(row);
-      return (i) => {
-        number.textContent = value(i).replace("-", "−");
-      };
-    });
-  }
+  });
 }
 
 /** The angles, deflections and torques; returns how to mark a moment in all of them. */

@@ -6,6 +6,7 @@ const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue
 const AXIS_WIDTH = 54; // of ordinary tick labels, the same in all plots, so that plots below one another line up
 const LABEL_WIDTH = 20; // of the text beside them
 const LEGEND_HEIGHT = 26;
+const SMALLEST_LABEL = 0.7; // of the text below a narrow plot, as a share of its usual size
 const WHOLE_STEPS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000]; // for ticks at whole numbers
 
 /** A series: `colour` names a style sheet colour; `area` fills below, `unlisted` keeps it out of the legend, where `dots` gives it a round mark; `points` is true or their size. */
@@ -35,7 +36,7 @@ function axis(scale, label, { log, ticks = true, step } = {}, group) {
   const vertical = scale !== "x";
   return {
     scale,
-    label: ticks || vertical ? label : undefined,
+    label: vertical ? label : ticks && label ? (u) => fitted(u, label) : undefined,
     labelFont: FONT,
     font: FONT,
     labelSize: LABEL_WIDTH,
@@ -51,6 +52,16 @@ function axis(scale, label, { log, ticks = true, step } = {}, group) {
     ...(log && { splits: logSplits, filter: (u, splits) => splits }),
     values: !vertical && !ticks ? (u, splits) => splits.map(() => "") : log ? logLabels : tickLabels,
   };
+}
+
+/** The text below a plot, which uPlot is about to write, in a smaller font where it would not fit. */
+function fitted(u, text) {
+  const { ctx, bbox } = u;
+  const middle = bbox.left + bbox.width / 2;
+  const room = 2 * Math.min(middle, ctx.canvas.width - middle);
+  const share = Math.max(SMALLEST_LABEL, room / Math.max(1, ctx.measureText(text).width));
+  if (share < 1) ctx.font = ctx.font.replace(/[\d.]+px/, (size) => `${parseFloat(size) * share}px`);
+  return text;
 }
 
 /** Room for the longest tick label; plots of a group all take what the widest of them needs. */

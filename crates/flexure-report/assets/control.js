@@ -2,5 +2,5 @@
 
 startTheme();
 if (page.record) plotRecord(page.record);
-if (page.arm) new Player(page.arm);
+if (page.arm) playArm(page.arm);
 finishPage();

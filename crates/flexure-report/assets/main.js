@@ -17,5 +17,5 @@ if (page.prediction) plotPrediction(page.prediction);
 plotResiduals(page.residuals);
 page.scores.forEach((score, i) => score && plotScore(score, i));
 if (page.record) plotRecord(page.record);
-if (page.arm) new Player(page.arm);
+if (page.arm) playArm(page.arm);
 finishPage();

@@ -10,6 +10,7 @@ mod control;
 mod diagram;
 mod joint;
 mod look;
+mod motion;
 mod regression;
 mod study;
 pub use comparison::ComparisonPage;
@@ -17,6 +18,7 @@ pub use control::{ControlPage, TipPathPlot};
 pub use diagram::{DiagramBlock, Flow, Sketch};
 pub use joint::{Comparison, JointCurve, JointPage, ParameterTable};
 pub use look::{LagPlot, LookPage, NextCommand, SpectrumPlot};
+pub use motion::{ChainMotion, MotionPage};
 pub use regression::{RegressionPage, RegressionResiduals, Scatter, Slice, Surface};
 pub use study::{RateLine, RatePlot, RateRow, StudyPage, StudySection};
 

@@ -1,4 +1,4 @@
-//! One self-contained offline HTML page that shows a first look at a record, an identification, a regression or a convergence study.
+//! One self-contained offline HTML page that shows a first look at a record, an identification, a regression, a convergence study or a moving chain.
 //!
 //! [`render`] turns a [`data::Page`] of plain values, [`render_joint`] a [`data::JointPage`], and so on, into one HTML document. Style, scripts,
 //! plots ([uPlot], embedded) and data are all inside. Nothing is ever fetched, and a content security policy in the page forbids it.
@@ -18,6 +18,7 @@ mod error;
 mod joint;
 pub mod limits;
 mod look;
+mod motion;
 mod payload;
 mod regression;
 mod render;
@@ -30,5 +31,6 @@ pub const STYLE: &str = include_str!("../assets/page.css");
 
 pub use error::{Error, Result};
 pub use render::{
-    render, render_comparison, render_control, render_joint, render_look, render_regression, render_study,
+    render, render_comparison, render_control, render_joint, render_look, render_motion, render_regression,
+    render_study,
 };

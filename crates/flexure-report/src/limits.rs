@@ -19,6 +19,9 @@ pub const SIGNAL_POINTS: usize = 12_000;
 /// are not there (aliases). The page says what part it shows.
 pub const ARM_SAMPLES: usize = 10_000;
 
+/// Most coordinates of the points of a moving chain; a longer motion is cut for the same reason.
+pub const CHAIN_COORDINATES: usize = 120_000;
+
 /// Most points of a curve on a grid (nonlinearity, Bode, scores); a longer one keeps every k-th.
 pub const CURVE_POINTS: usize = 4_000;
 

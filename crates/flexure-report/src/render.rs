@@ -6,14 +6,14 @@ use minijinja::{AutoEscape, Environment, context};
 
 use serde::Serialize;
 
-use crate::data::{ComparisonPage, ControlPage, JointPage, LookPage, Page, RegressionPage, StudyPage};
+use crate::data::{ComparisonPage, ControlPage, JointPage, LookPage, MotionPage, Page, RegressionPage, StudyPage};
 use crate::payload::payload;
 use crate::text::text;
 use crate::typeset::typeset;
-use crate::{Result, check, comparison, control, joint, look, regression, study};
+use crate::{Result, check, comparison, control, joint, look, motion, regression, study};
 
 /// The templates by the names under which they include one another.
-const TEMPLATES: [(&str, &str); 9] = [
+const TEMPLATES: [(&str, &str); 10] = [
     ("base.html", include_str!("../assets/base.html")),
     ("parts.html", include_str!("../assets/parts.html")),
     ("identification.html", include_str!("../assets/identification.html")),
@@ -21,6 +21,7 @@ const TEMPLATES: [(&str, &str); 9] = [
     ("control.html", include_str!("../assets/control.html")),
     ("joint.html", include_str!("../assets/joint.html")),
     ("look.html", include_str!("../assets/look.html")),
+    ("motion.html", include_str!("../assets/motion.html")),
     ("regression.html", include_str!("../assets/regression.html")),
     ("study.html", include_str!("../assets/study.html")),
 ];
@@ -50,22 +51,32 @@ const SHARED: [&str; 10] = [
     include_str!("../assets/save.js"),
 ];
 
-const IDENTIFICATION: [&str; 6] = [
+const IDENTIFICATION: [&str; 7] = [
     include_str!("../assets/surface.js"),
     include_str!("../assets/linear.js"),
     include_str!("../assets/signals.js"),
     include_str!("../assets/arm-view.js"),
+    include_str!("../assets/player.js"),
     include_str!("../assets/arm.js"),
     include_str!("../assets/main.js"),
 ];
 
 const JOINT: [&str; 2] = [include_str!("../assets/signals.js"), include_str!("../assets/joint.js")];
 
-const CONTROL: [&str; 4] = [
+const CONTROL: [&str; 5] = [
     include_str!("../assets/signals.js"),
     include_str!("../assets/arm-view.js"),
+    include_str!("../assets/player.js"),
     include_str!("../assets/arm.js"),
     include_str!("../assets/control.js"),
+];
+
+const MOTION: [&str; 5] = [
+    include_str!("../assets/signals.js"),
+    include_str!("../assets/arm-view.js"),
+    include_str!("../assets/chain-view.js"),
+    include_str!("../assets/player.js"),
+    include_str!("../assets/motion.js"),
 ];
 
 const LOOK: [&str; 2] = [include_str!("../assets/signals.js"), include_str!("../assets/look.js")];
@@ -152,6 +163,17 @@ pub fn render_control(page: &ControlPage) -> Result<String> {
     control::check(page)?;
     let payload = control::payload(page);
     document("control.html", &CONTROL, control::text(page, &payload), &payload)
+}
+
+/// The page of a moving chain as one HTML document that needs nothing else.
+///
+/// # Errors
+///
+/// [`crate::Error::Length`] and [`crate::Error::Axis`] if the page's data contradict one another.
+pub fn render_motion(page: &MotionPage) -> Result<String> {
+    motion::check(page)?;
+    let payload = motion::payload(page);
+    document("motion.html", &MOTION, motion::text(page, &payload), &payload)
 }
 
 /// The page of a joint's friction and stiffness as one HTML document that needs nothing else.

@@ -4,6 +4,7 @@
 //! The command line and the Python package both work through this crate, so that they give the same numbers and the same text. It reads no
 //! options and knows no terminal: text is [`Lines`](lines::Lines), which the caller wraps; progress is reported to a callback.
 
+pub mod chains;
 pub mod control;
 pub mod demo;
 pub mod export;

@@ -1,5 +1,6 @@
 //! A chain of links, from URDF, a chain file or a preset, to a record.
 
+use std::iter;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -11,13 +12,14 @@ use flexure::{Error, Record};
 use flexure_io::arm::{ChainFile, chain_file_of_toml, is_chain};
 use flexure_io::urdf::{UrdfOptions, parse_urdf};
 use flexure_io::{check_computed, read_record, write_record};
+use flexure_workbench::chains::motion_page;
 use serde_json::json;
 
 use super::machine::Machine;
 use super::{Arguments, Source};
 use crate::arguments::{self, Usage};
-use crate::files::prepare;
-use crate::output::print;
+use crate::files::{prepare, write_text, wrote};
+use crate::output::{print, this_command};
 use crate::progress::Progress;
 
 /// How a chain is run.
@@ -132,7 +134,10 @@ pub fn run(arguments: &Arguments, chain: &Machine) -> Result<()> {
         let message = "a chain is simulated for --duration seconds in steps of --sample-time, and written to -o RECORD";
         return Err(Usage(message.to_owned()).into());
     };
-    prepare(&given.torques, [out], [])?;
+    if arguments.report.is_some() {
+        chain.drawn()?;
+    }
+    prepare(&given.torques, [out], &arguments.report)?;
     let mut options = chain.at_rest(duration, sample_time)?;
     start(chain, &given.start, &mut options)?;
     let rows = options.sampling.rows();
@@ -161,8 +166,31 @@ pub fn run(arguments: &Arguments, chain: &Machine) -> Result<()> {
         error => error.into(),
     })?;
     drop(progress);
+    let page = match &arguments.report {
+        Some(path) => Some((
+            path,
+            motion_page(
+                chain.drawn()?,
+                &record,
+                sample_time,
+                &name(arguments),
+                Some(this_command()),
+            )?,
+        )),
+        None => None,
+    };
     write_record(out, &record)?;
+    if let Some((path, page)) = page {
+        write_text(path, &page)?;
+    }
     said(arguments, chain, out, &record, sample_time)
+}
+
+/// What is simulated: a preset, or a file without its folder.
+fn name(arguments: &Arguments) -> String {
+    let file = arguments.arm.as_deref().and_then(Path::file_name);
+    let preset = || arguments.preset.clone().unwrap_or_default();
+    file.map_or_else(preset, |name| name.to_string_lossy().into_owned())
 }
 
 fn said(arguments: &Arguments, chain: &Machine, out: &Path, record: &Record, sample_time: f64) -> Result<()> {
@@ -173,18 +201,21 @@ fn said(arguments: &Arguments, chain: &Machine, out: &Path, record: &Record, sam
             "columns": record.names(),
             "sample_time": sample_time,
             "record": out.display().to_string(),
+            "report": arguments.report,
             "joints": joints,
         });
         return print(&object.to_string());
     }
     let base = if chain.free_base() { "free" } else { "fixed" };
-    print(&format!(
+    let text = format!(
         "wrote {} ({} samples of {} on a {base} base: {})",
         shown_path(out),
         record.len(),
         counted(joints.len(), "joint"),
         list(&joints)
-    ))
+    );
+    let lines: Vec<String> = iter::once(text).chain(wrote(&arguments.report)).collect();
+    print(&lines.join("\n"))
 }
 
 /// Steps of the integration for a sample, on average at most.

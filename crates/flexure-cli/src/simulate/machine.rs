@@ -2,10 +2,12 @@
 
 use std::ops::ControlFlow;
 
-use flexure::manipulator::chain::{Base, ChainSimulation, chain_columns, simulate_chain_watched};
+use flexure::manipulator::chain::{Base, ChainSimulation, DrivenChain, chain_columns, simulate_chain_watched};
 use flexure::manipulator::flexible_arm::{flexible_arm_columns, simulate_flexible_arm_watched};
 use flexure::{Record, Result};
 use flexure_io::arm::ChainFile;
+
+use crate::arguments::Usage;
 
 /// A chain or a flexible arm that is run.
 pub struct Machine(pub ChainFile);
@@ -40,6 +42,17 @@ impl Machine {
         match &self.0 {
             ChainFile::Chain(chain) => chain_columns(chain),
             ChainFile::FlexibleArm(arm) => flexible_arm_columns(arm),
+        }
+    }
+
+    /// The chain that a page draws.
+    pub fn drawn(&self) -> anyhow::Result<&DrivenChain> {
+        match &self.0 {
+            ChainFile::Chain(chain) => Ok(chain),
+            ChainFile::FlexibleArm(_) => Err(Usage(
+                "--report draws chains of rigid links; leave it out, or make the beams segments".to_owned(),
+            )
+            .into()),
         }
     }
 

@@ -47,6 +47,9 @@ pub struct Arguments {
     /// Write the arm file here, with its comments, to be edited.
     #[arg(long, value_name = "ARM.toml")]
     write_arm: Option<PathBuf>,
+    /// Write a page with the moving chain here; for chains.
+    #[arg(long, value_name = "PAGE.html")]
+    report: Option<PathBuf>,
     /// Let the arm file name a record anywhere, not only in its own folder and below: for an arm file that you trust.
     #[arg(long)]
     allow_paths: bool,
@@ -102,6 +105,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     if let Some(option) = arguments.chain.given() {
         return Err(Usage(format!("{option} is for chains; an arm file says how the arm is run")).into());
+    }
+    if arguments.report.is_some() {
+        let message =
+            "--report draws chains; for an arm, flexure identify --arm ARM.toml shows the motion of its record";
+        return Err(Usage(message.to_owned()).into());
     }
     let file = source.arm()?;
     let folder = arguments.arm.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));

@@ -72,6 +72,7 @@ mod segments_tests;
 mod simulate;
 #[cfg(test)]
 mod simulate_tests;
+mod skeleton;
 mod spatial;
 #[cfg(test)]
 mod tests;

@@ -228,6 +228,11 @@ impl Chain {
         &self.joints
     }
 
+    /// Whether each joint that moves is prismatic: its position is in m and its force in N.
+    pub fn prismatic(&self) -> impl Iterator<Item = bool> + '_ {
+        self.bodies.iter().map(|body| body.prismatic)
+    }
+
     /// The least and the largest position of every joint that moves, rad or m.
     pub fn limits(&self) -> &[[f64; 2]] {
         &self.limits
