@@ -15,7 +15,7 @@ What a step did is logged at level INFO by the logger ``flexure.prepare``, in th
 >>> clean = prepare.outliers({"t": t, "y": y})
 1 of 200 samples of 'y' is an outlier (more than 5 robust deviations from 14 neighbours), at 0.7 s; it is missing now
 >>> slow = prepare.resample(clean, 0.02, longest_gap=1)
-200 samples, about 0.01 s apart, are now 100 every 0.02 s; what is faster than 20 Hz is taken out first
+200 samples, about 0.01 s apart, are now 100 every 0.02 s; what is faster than 20 Hz is taken out first; 1 sample missing of 'y' is interpolated
 >>> bool(abs(slow["y"][35] - np.sin(3.5)) < 1e-3)
 True
 """

@@ -122,7 +122,8 @@ def test_a_comparison_is_typed():
 def test_a_joint_is_summarised_as_on_the_command_line(axis_log, tmp_path, command):
     path = write_csv(tmp_path / "log.csv", **axis_log)
     options = ["--position", "q", "--torque", "u", "--torque-constant", "35", "--prismatic", "--reference", "qg", "--kp", "160", "--kv", "243"]
-    text = command("joint", path, *options).stdout
+    # The command says besides what to type next.
+    text = command("joint", path, *options).stdout.split("\nnext: ")[0]
     theirs = json.loads(command("joint", path, *options, "--json").stdout)
     found = flexure.identify_joint("u", position="q", reference="qg", kp=160, kv=243, prismatic=True, torque_constant=35.0, data=axis_log)
     # The names of the log differ, and so does where lines are wrapped.

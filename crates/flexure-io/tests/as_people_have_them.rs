@@ -62,6 +62,9 @@ fn thousands_or_decimals() {
         refused("thousands", unclear),
         "log.csv, line 2: a comma in a number may be a decimal comma or group thousands; say --decimal comma (1,250 is 1.25) or --decimal point (1,250 is 1250)"
     );
+    // Also where commas would divide the rows into more fields than the header has.
+    let both = refused("both", "u;y\n1,500;1,100\n2,500;2,100\n3,500;3,100\n");
+    assert!(both.contains("say --decimal comma"), "{both}");
     for (decimal, expected) in [(Decimal::Comma, 1.5), (Decimal::Point, 1500.0)] {
         let options = ReadOptions {
             decimal: Some(decimal),

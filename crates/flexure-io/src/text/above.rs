@@ -31,6 +31,13 @@ pub(super) fn table_below(head: &[u8], options: &ReadOptions) -> Option<TableBel
     let given = options
         .separator
         .map(|given| Some(given as u8).filter(|given| *given != b' '));
+    // Where a separator divides all lines alike, none of them is only a text.
+    let divides_all = |separator| {
+        let rows = rows(&lines, Some(separator));
+        let width = rows.first().map_or(0, Vec::len);
+        width > 1 && rows.len() == lines.len() && rows.iter().all(|row| row.len() == width)
+    };
+    let has_texts = !SEPARATORS.into_iter().any(divides_all);
     let candidates = SEPARATORS.map(Some).into_iter().chain([None]);
     let candidates = candidates.filter(|separator| given.is_none_or(|given| given == *separator));
     let found = candidates.filter_map(|separator| {
@@ -65,7 +72,8 @@ pub(super) fn table_below(head: &[u8], options: &ReadOptions) -> Option<TableBel
         let has_header = headings > 0 && above.iter().all(|row| filled(row) < last.len());
         let is_text = |row: &Vec<String>| row.len() == 1 && !is_readable(&row[0]);
         let words = |row: &Vec<String>| row[0].split_whitespace().map(str::to_owned).collect::<Vec<_>>();
-        let is_below_texts = headings == 0
+        let is_below_texts = has_texts
+            && headings == 0
             && options.header != Some(true)
             && numbers.len() > 1
             && above.iter().all(is_text)
