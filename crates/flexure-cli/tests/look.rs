@@ -274,9 +274,11 @@ fn json_and_gaps_in_time() {
         (&"u".into(), &"y".into(), &0.into())
     );
     let line = found["next"]["command"].as_str().unwrap();
-    assert_eq!(line, "flexure prepare r.csv --cut-samples 0:500 -o prepared.csv");
+    assert_eq!(line, "flexure prepare r.csv --cut-samples 0:500 -o r-prepared.csv");
     assert_eq!(typed(&folder, line).code, Some(0));
-    assert!(next(&folder.done("look prepared.csv")).starts_with("flexure identify prepared.csv --input u --output y"));
+    assert!(
+        next(&folder.done("look r-prepared.csv")).starts_with("flexure identify r-prepared.csv --input u --output y")
+    );
     let findings = found["findings"].to_string();
     assert!(
         findings.contains("'t' has 1 gap, before sample 500 (line 502): about 20 samples lost"),
@@ -297,11 +299,11 @@ fn a_clock_that_jitters_too_much_is_resampled() {
     write_record(folder.path("r.csv"), &Record::new(columns).unwrap()).unwrap();
     let text = folder.done("look r.csv");
     let line = next(&text);
-    assert_eq!(line, "flexure prepare r.csv --resample 0.01 --hold u -o prepared.csv");
+    assert_eq!(line, "flexure prepare r.csv --resample 0.01 --hold u -o r-prepared.csv");
     assert!(text.contains("differ from the median step by up to 30 %"), "{text}");
     assert_eq!(typed(&folder, line).code, Some(0));
-    let again = folder.done("look prepared.csv");
-    assert!(next(&again).starts_with("flexure identify prepared.csv"), "{again}");
+    let again = folder.done("look r-prepared.csv");
+    assert!(next(&again).starts_with("flexure identify r-prepared.csv"), "{again}");
 }
 
 #[test]
@@ -382,14 +384,14 @@ fn an_untidy_log_leads_to_a_model_by_the_commands_that_are_printed() {
     let line = next(&outcome.stdout);
     assert_eq!(
         line,
-        "flexure prepare log.csv --outliers Drehzahl --resample 0.005 --hold Strom -o prepared.csv"
+        "flexure prepare log.csv --outliers Drehzahl --resample 0.005 --hold Strom -o log-prepared.csv"
     );
     assert_eq!(typed(&folder, line).code, Some(0));
-    let again = folder.done("look prepared.csv");
+    let again = folder.done("look log-prepared.csv");
     assert!(!again.contains("clipped"), "{again}");
     let line = next(&again);
     assert!(
-        line.starts_with("flexure identify prepared.csv --input Strom --output Drehzahl"),
+        line.starts_with("flexure identify log-prepared.csv --input Strom --output Drehzahl"),
         "{again}"
     );
     let found = typed(&folder, line);
@@ -411,11 +413,11 @@ fn outliers_that_hide_the_dependence_are_taken_out_first() {
     write_record(folder.path("r.csv"), &Record::new(columns).unwrap()).unwrap();
     let text = folder.done("look r.csv");
     let line = next(&text);
-    assert_eq!(line, "flexure prepare r.csv --outliers b --fill 2 -o prepared.csv");
+    assert_eq!(line, "flexure prepare r.csv --outliers b --fill 2 -o r-prepared.csv");
     assert_eq!(typed(&folder, line).code, Some(0));
-    let again = folder.done("look prepared.csv");
+    let again = folder.done("look r-prepared.csv");
     assert!(
-        next(&again).starts_with("flexure identify prepared.csv --input a --output b"),
+        next(&again).starts_with("flexure identify r-prepared.csv --input a --output b"),
         "{again}"
     );
 }

@@ -46,7 +46,7 @@ fn rows_that_are_there_twice_cost_no_others() {
     assert!(looked.contains("Rows are there twice"), "{looked}");
     let outcome = typed(&folder, next(&looked));
     assert_eq!(outcome.code, Some(0), "{outcome:?}");
-    let prepared = flexure_io::read_record(folder.path("prepared.csv")).unwrap();
+    let prepared = flexure_io::read_record(folder.path("twice-prepared.csv")).unwrap();
     assert_eq!(prepared.record.len(), 600);
     let off = (0..600).map(|k| (prepared.column("y").unwrap()[k] - y[k]).abs());
     assert!(off.fold(0.0, f64::max) < 1e-9);
@@ -94,16 +94,16 @@ fn stamps_of_whole_seconds_are_not_lost_rows() {
     );
     assert_eq!(
         next(&looked),
-        "flexure prepare coarse.csv --sample-time 2 -o prepared.csv"
+        "flexure prepare coarse.csv --sample-time 2 -o coarse-prepared.csv"
     );
     let outcome = typed(&folder, next(&looked));
     assert!(
         outcome
             .stdout
-            .contains("next: flexure identify prepared.csv --input u --output y"),
+            .contains("next: flexure identify coarse-prepared.csv --input u --output y"),
         "{outcome:?}"
     );
-    let prepared = flexure_io::read_record(folder.path("prepared.csv")).unwrap();
+    let prepared = flexure_io::read_record(folder.path("coarse-prepared.csv")).unwrap();
     assert_eq!(prepared.column("y").unwrap(), y);
     assert_eq!(prepared.sample_time("t").unwrap(), 2.0);
     // With a lost row, or one that is there twice, there are not as many rows as the duration needs.

@@ -10,7 +10,7 @@ use flexure::text::visible;
 
 /// Names of columns of instants, in lower case: in English, German, French, Spanish, Italian and Portuguese, the Nordic
 /// languages, and Dutch.
-const NAMES: [&str; 16] = [
+const NAMES: [&str; 20] = [
     "t",
     "ts",
     "time",
@@ -18,6 +18,10 @@ const NAMES: [&str; 16] = [
     "datetime",
     "date",
     "elapsedtime",
+    "epoch",
+    "epochtime",
+    "unixtime",
+    "stamp",
     "zeit",
     "zeitstempel",
     "uhrzeit",
@@ -259,6 +263,14 @@ impl RecordFile {
         // Messages show invisible characters of a name in another form.
         let found = with_unit.or_else(|| names().find(|own| visible(own) == name));
         found.map_or(name, String::as_str)
+    }
+
+    /// A column with the name of instants whose texts are no time stamps that are read.
+    pub fn unread_instants(&self) -> Option<&str> {
+        let mut others = self.others.iter();
+        others
+            .find(|other| other.is_text() && is_time(&other.name))
+            .map(|other| other.name.as_str())
     }
 
     /// The unit of a column, if the file has it; otherwise the one at the end of its name ([`unit_at_end`]).

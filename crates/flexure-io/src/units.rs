@@ -16,7 +16,7 @@ pub(crate) fn split_unit(field: &str) -> (String, Option<String>) {
 }
 
 /// Ends of names that can only be a unit, and the unit. Shorter ones, such as `_m` or `_s`, may be an index.
-const ENDS: [(&str, &str); 12] = [
+const ENDS: [(&str, &str); 19] = [
     ("_rad_s", "rad/s"),
     ("_radps", "rad/s"),
     ("_rads", "rad/s"),
@@ -29,6 +29,13 @@ const ENDS: [(&str, &str); 12] = [
     ("_rpm", "rpm"),
     ("_Nm", "Nm"),
     ("_mm", "mm"),
+    ("/rad", "rad"),
+    ("/deg", "deg"),
+    ("/rpm", "rpm"),
+    ("/Nm", "Nm"),
+    ("/mm", "mm"),
+    ("/A", "A"),
+    ("/V", "V"),
 ];
 
 /// A name without the unit at its end, and that unit: `q` and `deg` of `q_deg`. `None` if the name does not end in a unit that can be
@@ -71,6 +78,7 @@ mod tests {
         assert_eq!(unit_at_end("q_deg"), Some(("q", "deg")));
         assert_eq!(unit_at_end("motor_speed_rad_s"), Some(("motor_speed", "rad/s")));
         assert_eq!(unit_at_end("tau_Nm"), Some(("tau", "Nm")));
+        assert_eq!(unit_at_end("i_q/A"), Some(("i_q", "A")));
         for name in ["q_m", "u_s", "x_n", "_deg", "deg", "tau_nm"] {
             assert_eq!(unit_at_end(name), None, "{name}");
         }

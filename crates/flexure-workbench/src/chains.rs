@@ -50,13 +50,22 @@ pub fn motion_page(
     let ends = chain.lines().len() + 1;
     let reach = (chain.joints().len() + 1..ends).map(|end| farthest(points.iter().map(|points| points[end])));
     facts.push(fact(
-        "Ends",
+        "Reach",
         format!("{} m", short(reach.fold(0.0, f64::max))),
         "the farthest that the last link's centre of mass moves from its start",
     ));
+    let signals = signals(chain, record, is_free)?;
     let page = MotionPage {
         title: format!("Motion of {name}"),
-        subtitle: format!("{joints} on a {base} base, simulated for {} s.", short(duration)),
+        subtitle: format!(
+            "{joints} on a {base} base, simulated for {} s{}. Stops of joints do not act.",
+            short(duration),
+            if signals.iter().any(|signal| signal.name.starts_with("tau_")) {
+                ""
+            } else {
+                " without torques"
+            }
+        ),
         facts,
         chain: ChainMotion {
             caption: format!(
@@ -67,7 +76,7 @@ pub fn motion_page(
             points,
             free_base: is_free,
         },
-        signals: signals(chain, record, is_free)?,
+        signals,
         time: Axis::of_samples(Some(sample_time), 0),
         command,
     };

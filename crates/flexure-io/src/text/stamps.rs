@@ -4,7 +4,7 @@ use chrono::{DateTime, NaiveDate, NaiveDateTime, NaiveTime};
 
 /// ISO 8601 as programs write it, dates with points or with the month's name, and hours with AM or PM, by the patterns of
 /// `chrono::format::strftime`. Dates with points begin with the day wherever they are in use; see [`SLASHES`] for dates with slashes.
-const FORMATS: [&str; 19] = [
+const FORMATS: [&str; 27] = [
     "%Y-%m-%dT%H:%M:%S%.f%#z",
     "%Y-%m-%d %H:%M:%S%.f%#z",
     "%Y-%m-%dT%H:%M:%S%.f",
@@ -17,10 +17,18 @@ const FORMATS: [&str; 19] = [
     "%d.%m.%Y %H:%M",
     "%d-%b-%Y %H:%M:%S%.f",
     "%d-%b-%Y %H:%M",
+    "%d-%b-%y %H:%M:%S%.f",
+    "%d-%b-%y %H:%M",
+    "%d %b %Y %H:%M:%S%.f",
+    "%d %b %Y %H:%M",
+    "%b %d, %Y %H:%M:%S%.f",
+    "%b %d, %Y %I:%M:%S%.f %p",
     "%Y-%m-%d %I:%M:%S%.f %p",
     "%Y-%m-%d",
     "%d.%m.%Y",
     "%d-%b-%Y",
+    "%d-%b-%y",
+    "%d %b %Y",
     "%I:%M:%S%.f %p",
     "%H:%M:%S%.f",
     "%H:%M",
@@ -108,9 +116,9 @@ impl<'a> Stamps<'a> {
             };
         }
         let has_points = field.matches('.').count() == 2;
-        if !field.starts_with(|c: char| c.is_ascii_digit())
-            || !(has_points || field[1..].contains([':', '-', 'T', ' ']))
-        {
+        // A number, or the name of a month.
+        let starts = |c: char| c.is_ascii_digit() || "JFMASOND".contains(c);
+        if !field.starts_with(starts) || !(has_points || field[1..].contains([':', '-', 'T', ' '])) {
             return None;
         }
         FORMATS.into_iter().chain([DURATION]).find_map(of)

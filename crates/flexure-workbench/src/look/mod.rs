@@ -67,6 +67,9 @@ impl<'a> Inspection<'a> {
         let (suggestion, failure) = suggestion::suggestion(file, request, &look, sample_time);
         let remedy = match &failure {
             Some(failure) if failure.is_too_fast => "flexure excite ARM.toml --max-torque TAU -o torques.csv",
+            Some(_) if file.unread_instants().is_some() && look.time.is_none() => {
+                "the same with --time-format FORMAT, as the stamps are written"
+            }
             _ => "the same with --input A --output Y, where you expect column Y to follow column A",
         };
         let mut findings = findings::findings(file, &look, seconds, sample_time);

@@ -170,7 +170,7 @@ fn resampling(look: &Look, clock: &Clock, sample_time: f64, inputs: &[usize], cu
     }
     let mut options = vec!["--resample".to_owned(), plain(sample_time)];
     // A lost sample leaves none on its two sides, at new instants, either.
-    let lost = clock.gaps.iter().map(|gap| gap.steps.ceil() as usize + 1).max();
+    let lost = clock.gaps.iter().map(|gap| (gap.steps - 0.5).ceil() as usize + 1).max();
     if let Some(lost) = lost.filter(|lost| *lost > FILLED && !cuts) {
         options.extend(["--fill".to_owned(), lost.to_string()]);
     }

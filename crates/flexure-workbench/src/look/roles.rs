@@ -41,6 +41,8 @@ const NAMES: [(Role, &[&str]); 8] = [
             "motorcurrent",
             "motorvoltage",
             "iq",
+            "i",
+            "im",
         ],
     ),
     (

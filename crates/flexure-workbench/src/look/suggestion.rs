@@ -1,6 +1,7 @@
 //! The command to type after a look.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 
 use flexure::look::{Column, Dependence, Direction, Kind, Look, Relation};
 use flexure::text::exact;
@@ -24,9 +25,9 @@ const BETWEEN: f64 = 0.2;
 /// What stands for a sample time that the record does not tell.
 const UNKNOWN_TIME: &str = "SECONDS";
 
-/// The output file of a preparation, and that of a preparation of this file.
+/// What stands for the output file of a preparation, and the end of its name, after that of the log.
 const PREPARED: &str = "prepared.csv";
-const PREPARED_AGAIN: &str = "prepared-2.csv";
+const OF_PREPARED: &str = "-prepared";
 
 /// A command that fits the record.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -73,12 +74,18 @@ impl Suggestion {
         }
     }
 
-    /// Writes the prepared record to a file other than the input.
+    /// Writes the prepared record to a file with a name of its own: a second log must not overwrite the first one's.
     fn into_another(mut self, file: &RecordFile) -> Self {
-        if file.name() == PREPARED {
-            let texts = self.options.iter_mut().chain(&mut self.notes);
-            texts.for_each(|text| *text = text.replace(PREPARED, PREPARED_AGAIN));
-        }
+        let name = file.name();
+        let stem = Path::new(&name)
+            .file_stem()
+            .map_or_else(|| name.clone(), |stem| stem.to_string_lossy().into_owned());
+        let out = match stem.ends_with(OF_PREPARED) {
+            true => format!("{stem}-2.csv"),
+            false => format!("{stem}{OF_PREPARED}.csv"),
+        };
+        let texts = self.options.iter_mut().chain(&mut self.notes);
+        texts.for_each(|text| *text = text.replace(PREPARED, &out));
         self
     }
 }
@@ -135,6 +142,19 @@ pub(super) fn suggestion(
 ) -> (Option<Suggestion>, Option<Failure>) {
     if let Some(again) = reading_again(file, look) {
         return (Some(again), None);
+    }
+    if let (None, None, Some(name)) = (look.time, request.sample_time, file.unread_instants()) {
+        let text = format!(
+            "Column '{name}' should have the instants, but its texts are not read as time stamps: say by --time-format how they are written. \
+             --sample-time S takes the rows as evenly spaced, even where some are lost."
+        );
+        return (
+            None,
+            Some(Failure {
+                text,
+                ..Failure::default()
+            }),
+        );
     }
     let signals = signals(request, look);
     let held = signals.as_ref().map(|s| s.inputs.clone()).unwrap_or_default();

@@ -1,6 +1,6 @@
 //! A look for the terminal.
 
-use flexure::look::{Dependence, Direction, Kind};
+use flexure::look::{Clock, Dependence, Direction, Kind};
 use flexure::text::{counted, number, p_value, percent};
 
 use super::Inspection;
@@ -69,8 +69,11 @@ impl Inspection<'_> {
     /// Samples, sample time and duration.
     fn headline(&self) -> String {
         let n = self.file.record.len();
+        // With lost rows, the instants last longer than the samples.
+        let steps = |clock: &Clock| (clock.duration / clock.usual_step(n)).round() + 1.0;
+        let steps = self.look.clock.as_ref().map_or(n as f64, steps);
         let time = match (self.sample_time, &self.look.clock) {
-            (Some(step), _) => format!(", every {} s, {} s in all", plain(step), plain(step * n as f64)),
+            (Some(step), _) => format!(", every {} s, {} s in all", plain(step), plain(step * steps)),
             _ => String::new(),
         };
         format!(

@@ -107,6 +107,24 @@ pub(super) fn friction_of_an_arm(forms: &[Fitted], simple: bool) -> Option<&Fitt
     .or_else(|| forms.iter().find(|f| f.form == FormName::SmoothDry))
 }
 
+/// Leaves out a form whose rise of the friction at slow motion (Stribeck) the data do not show, neither its height nor its width, where the
+/// form without it stands: it would only fit noise.
+pub(super) fn without_unseen_rise(mut forms: Vec<Fitted>) -> Vec<Fitted> {
+    let stands = |form: FormName| forms.iter().any(|f| f.form == form && f.lack_of_fit.p_value > REFUTED);
+    let [plain, directed] = [FormName::CoulombViscous, FormName::DirectedViscous].map(stands);
+    let is_unseen = |f: &Fitted| {
+        ["Fs", "vs"]
+            .iter()
+            .all(|s| f.parameter(s).is_some_and(|p| !p.identifiable))
+    };
+    forms.retain(|f| match f.form {
+        FormName::Stribeck => !(plain && is_unseen(f)),
+        FormName::DirectedStribeck => !((plain || directed) && is_unseen(f)),
+        _ => true,
+    });
+    forms
+}
+
 fn best(forms: &[Fitted], allowed: impl Fn(&Fitted) -> bool) -> Option<&Fitted> {
     let allowed = forms.iter().filter(|f| allowed(f));
     allowed.min_by(|a, b| a.bic.total_cmp(&b.bic))

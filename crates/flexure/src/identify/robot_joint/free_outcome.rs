@@ -1,6 +1,7 @@
 //! The results of the solution with free curves: factors with standard errors, and curves with bands.
 
 use super::basis::Basis;
+use super::candidates::without_unseen_rise;
 use super::limits::CURVE_POINTS;
 use super::normal::{Covariance, Part};
 use super::outcome::{Estimated, Fitted, IdentifiedCurve};
@@ -89,6 +90,7 @@ impl<'a> FreeOutcome<'a> {
         forms: Vec<Fitted>,
         partial: Vec<f64>,
     ) -> Option<IdentifiedCurve> {
+        let forms = without_unseen_rise(forms);
         Some(IdentifiedCurve {
             band,
             best: (0..forms.len()).min_by(|&a, &b| forms[a].bic.total_cmp(&forms[b].bic))?,
