@@ -178,6 +178,17 @@ fn an_axis_is_known_by_names_that_end_in_units() {
     let named = [("t", t), ("ref_deg", late), ("q_deg", degrees), ("tau_Nm", torque)];
     write_record(folder.path("plain.csv"), &Record::new(plain).unwrap()).unwrap();
     write_record(folder.path("named.csv"), &Record::new(named).unwrap()).unwrap();
+    // A current drives a torque.
+    let file = flexure_io::read_record(folder.path("plain.csv")).unwrap();
+    let column = |name: &str| file.column(name).unwrap().to_vec();
+    let current = [("t", column("t")), ("i_q/A", column("c1")), ("pos_act", column("c2"))];
+    write_record(folder.path("current.csv"), &Record::new(current).unwrap()).unwrap();
+    let looked = folder.done("look current.csv").replace("\n  ", " ");
+    assert!(next(&looked).starts_with("flexure joint current.csv --position pos_act --torque i_q/A "));
+    assert!(
+        looked.contains("'i_q/A' is a current: --torque-constant KT"),
+        "{looked}"
+    );
     let line = next(&folder.done("look named.csv")).to_owned();
     assert_eq!(
         line,
@@ -205,4 +216,42 @@ fn an_axis_is_known_by_names_that_end_in_units() {
         "{}",
         noted.stdout
     );
+}
+
+/// Where the stamps are not read, the look goes no further: lost rows would be hidden.
+#[test]
+fn stamps_that_are_not_read_stop_the_look() {
+    let folder = Folder::new();
+    let record = folder.known("r.csv", 400, 8);
+    let (u, y) = (record.column("u").unwrap(), record.column("y").unwrap());
+    let log = |stamp: &dyn Fn(usize) -> String| -> String {
+        let row = |k: usize| format!("{},{},{}\n", stamp(k), u[k], y[k]);
+        format!("Timestamp,u,y\n{}", (0..400).map(row).collect::<String>())
+    };
+    folder.write(
+        "unread.csv",
+        log(&|k| format!("2026w14 d{} {}h{}", 1 + k / 1440, k / 60 % 24, k % 60)),
+    );
+    let looked = folder.run("look unread.csv").stdout;
+    assert_eq!(
+        next(&looked),
+        "the same with --time-format FORMAT, as the stamps are written"
+    );
+    assert!(
+        looked.contains("Column 'Timestamp' should have the instants"),
+        "{looked}"
+    );
+    let timed = folder.run("look unread.csv --sample-time 60").stdout;
+    assert!(
+        next(&timed).starts_with("flexure identify unread.csv --input u --output y"),
+        "{timed}"
+    );
+    // Months in words are read; the duration is that of the instants, also where rows are lost.
+    let lost = |k: usize| k + usize::from(k > 300) * 20;
+    folder.write(
+        "words.csv",
+        log(&|k| format!("30-May-26 {:02}:{:02}:00", lost(k) / 60, lost(k) % 60)),
+    );
+    let looked = folder.run("look words.csv").stdout;
+    assert!(looked.contains("every 60 s, 25200 s in all"), "{looked}");
 }

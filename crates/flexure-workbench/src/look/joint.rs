@@ -224,6 +224,8 @@ struct Command<'a> {
     given: Option<f64>,
     /// The torques of the other joints.
     others: Vec<String>,
+    /// Whether the torque's column is a current, by its unit.
+    is_current: bool,
 }
 
 impl<'a> Command<'a> {
@@ -256,6 +258,7 @@ impl<'a> Command<'a> {
             notes: Vec::new(),
             given: request.sample_time,
             others: Vec::new(),
+            is_current: file.unit(first.torque) == Some("A"),
         };
         if first.motor.is_none() {
             command.complete_rigid(file, look, first);
@@ -328,6 +331,12 @@ impl<'a> Command<'a> {
             ),
             false => "The columns are named as those of a joint.".to_owned(),
         };
+        if self.constant.is_none() && self.is_current {
+            self.notes.push(format!(
+                "'{}' is a current: --torque-constant KT, in N m for each A, makes it a torque.",
+                joint.torque
+            ));
+        }
         if joint.motor.is_none() && !integrates && self.extra.is_none() {
             self.notes.push("The data do not show that the position integrates the torque: if gravity or a spring acts, add --gravity or --spring.".to_owned());
         }
