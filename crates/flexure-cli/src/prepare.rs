@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
+use flexure::Record;
 use flexure::preparation::{LONGEST_GAP, LowPass, Outliers};
 use flexure::text::shown_path;
-use flexure_io::write_record_with_units;
+use flexure_io::{RecordMark, read_model, write_record_with_units};
 use flexure_workbench::preparation::{Columns, Conversion, Cut, Preparation, Table};
 use flexure_workbench::text::grouped;
 use serde_json::json;
@@ -13,7 +14,7 @@ use serde_json::json;
 use crate::arguments;
 use crate::files::prepare;
 use crate::look;
-use crate::output::print;
+use crate::output::{print, quoted};
 use crate::progress::spinning;
 use crate::reading::Reading;
 
@@ -234,10 +235,25 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         };
         lines.push(format!("{samples} missing, written as NaN{hint}"));
     }
+    let validation = validation(&record, &arguments.out);
     let next = look::next_for(record, units, &arguments.out);
-    lines.extend(
-        next.into_iter()
-            .flat_map(|next| [String::new(), format!("next: {next}")]),
-    );
+    let next = match (validation, next) {
+        (Some(validation), Some(next)) => format!("next: {validation}\nor, for a model of its own: {next}"),
+        (Some(next), None) | (None, Some(next)) => format!("next: {next}"),
+        (None, None) => return print(&lines.join("\n")),
+    };
+    lines.extend([String::new(), next]);
     print(&lines.join("\n"))
+}
+
+/// The model file that a look suggests to write.
+const MODEL: &str = "model.json";
+
+/// The validation of the model in this folder by another record with its columns.
+fn validation(record: &Record, out: &Path) -> Option<String> {
+    let model = read_model(Path::new(MODEL)).ok()?;
+    let columns: Vec<&str> = model.inputs.iter().chain([&model.output]).map(String::as_str).collect();
+    let mark = RecordMark::new(&shown_path(out), record, &columns).ok()?;
+    let out = quoted(&out.display().to_string());
+    (!model.was_identified_from(&mark)).then(|| format!("flexure validate {MODEL} {out} --report validated.html"))
 }

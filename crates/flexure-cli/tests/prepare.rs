@@ -435,4 +435,12 @@ fn what_to_type_next_is_said() {
         "{next}"
     );
     folder.done(next);
+    // With the model in the folder, another log validates it; its own log does not.
+    let again = folder.done("prepare log.csv --fill 1 -o again.csv");
+    assert!(!again.contains("validate"), "{again}");
+    let later = folder.done("prepare log.csv --fill 1 --cut-samples 100: -o later.csv");
+    let next = "validate model.json later.csv --report validated.html";
+    let said = format!("next: flexure {next}\nor, for a model of its own: flexure identify later.csv ");
+    assert!(later.contains(&said), "{later}");
+    folder.done(next);
 }

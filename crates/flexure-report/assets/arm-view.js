@@ -73,7 +73,7 @@ class ArmView {
     const [s, e, t] = [at([0, 0]), at(elbow), at(tip)];
     const { q, qm } = this.angles(position);
     const width = Math.max(7, this.size / 46);
-    this.drawBase(ctx, s, width);
+    drawBase(ctx, s, width * 3.4, width);
     stroke(ctx, [s, e], width, colour("--first"));
     stroke(ctx, [e, t], width * 0.8, colour("--second"));
     if (qm[0] != null) this.drawNeedle(ctx, s, q[0], qm[0] - q[0], this.arm.lengths[0] * scale);
@@ -126,17 +126,6 @@ class ArmView {
     ctx.globalAlpha = 1;
   }
 
-  drawBase(ctx, [x, y], width) {
-    const side = width * 3.4;
-    ctx.fillStyle = colour("--line");
-    ctx.strokeStyle = colour("--muted");
-    ctx.lineWidth = 1.5;
-    ctx.beginPath();
-    ctx.roundRect(x - side / 2, y - side / 2, side, side, width * 0.6);
-    ctx.fill();
-    ctx.stroke();
-  }
-
   /** Where the motor stands, the deflection exaggerated by the gain, and the wedge up to the link. */
   drawNeedle(ctx, [x, y], direction, deflection, length) {
     const angle = direction + this.gain * deflection;
@@ -173,6 +162,17 @@ function stroke(ctx, points, width, style) {
   ctx.lineWidth = width;
   ctx.beginPath();
   for (const p of points) ctx.lineTo(...p);
+  ctx.stroke();
+}
+
+/** The base: a box with round corners, for lines of this width. */
+function drawBase(ctx, [x, y], side, width) {
+  ctx.fillStyle = colour("--line");
+  ctx.strokeStyle = colour("--muted");
+  ctx.lineWidth = 1.5;
+  ctx.beginPath();
+  ctx.roundRect(x - side / 2, y - side / 2, side, side, width * 0.6);
+  ctx.fill();
   ctx.stroke();
 }
 

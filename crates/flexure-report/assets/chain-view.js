@@ -92,7 +92,7 @@ class ChainView {
     this.drawPaths(ctx, project, position);
     const seen = points.map(project);
     const width = Math.max(5, Math.min(this.width, this.height) / 60);
-    this.drawBase(ctx, seen[0], width);
+    drawBase(ctx, seen[0], width * 3, width);
     const lines = this.chain.lines.map((line, k) => ({ line, k, depth: seen[line[0]][2] + seen[line[1]][2] }));
     lines.sort((a, b) => b.depth - a.depth);
     for (const { line, k } of lines) {
@@ -135,17 +135,6 @@ class ChainView {
       stroke(ctx, path.slice(0, now), 2, style);
     }
     ctx.globalAlpha = 1;
-  }
-
-  drawBase(ctx, [x, y], width) {
-    const side = width * 3;
-    ctx.fillStyle = colour("--line");
-    ctx.strokeStyle = colour("--muted");
-    ctx.lineWidth = 1.5;
-    ctx.beginPath();
-    ctx.roundRect(x - side / 2, y - side / 2, side, side, width * 0.6);
-    ctx.fill();
-    ctx.stroke();
   }
 
   drawScale(ctx, scale) {
