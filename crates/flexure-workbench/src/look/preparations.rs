@@ -133,9 +133,8 @@ pub(super) fn even_behind_stamps(look: &Look, file: &RecordFile) -> Option<f64> 
         .filter(|clock| !clock.backwards.is_empty() && clock.missing == 0)?;
     let samples = file.record.len();
     let is_twice = |i: usize| {
-        let others = (0..look.columns.len()).filter(|c| Some(*c) != look.time);
-        let columns = others.filter_map(|c| file.record.column(&look.columns[c].name).ok());
-        let mut columns = columns.map(|x| (x[i - 1], x[i]));
+        let others = file.record.columns().enumerate().filter(|(c, _)| Some(*c) != look.time);
+        let mut columns = others.map(|(_, (_, x))| (x[i - 1], x[i]));
         columns.all(|(before, own)| before == own || (before.is_nan() && own.is_nan()))
     };
     let is_late = |steps: f64| steps <= LATEST;

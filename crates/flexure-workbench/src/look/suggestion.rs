@@ -97,8 +97,7 @@ const SENTINELS: [f64; 11] = [
 
 /// The number that a column seems to have in place of missing samples: one of those that instruments write, repeated, far from all others and
 /// not seen as an outlier.
-fn sentinel(file: &RecordFile, column: &Column) -> Option<f64> {
-    let samples = file.record.column(&column.name).ok()?;
+fn sentinel(samples: &[f64], column: &Column) -> Option<f64> {
     [column.least, column.greatest].into_iter().find(|end| {
         let others = samples.iter().copied().filter(|v| v.is_finite() && v != end);
         let (least, greatest) = others.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, g), v| (l.min(v), g.max(v)));
@@ -112,8 +111,11 @@ fn sentinel(file: &RecordFile, column: &Column) -> Option<f64> {
 /// A second look, with the texts among the numbers, and numbers that seem to stand for missing samples, taken for these.
 fn reading_again(file: &RecordFile, look: &Look) -> Option<Suggestion> {
     let mut texts = file.unread_texts().to_vec();
-    let columns = (look.columns.iter().enumerate()).filter(|(i, _)| Some(*i) != look.time && file.is_text());
-    let numbers: BTreeSet<String> = columns.filter_map(|(_, c)| sentinel(file, c)).map(exact).collect();
+    // Both have the columns in the same order; to find each by its name would take long where there are many.
+    let columns = look.columns.iter().zip(file.record.columns()).enumerate();
+    let signals = columns.filter(|(i, _)| Some(*i) != look.time && file.is_text());
+    let numbers = signals.filter_map(|(_, (column, (_, samples)))| sentinel(samples, column));
+    let numbers: BTreeSet<String> = numbers.map(exact).collect();
     texts.extend(numbers);
     if texts.is_empty() || texts.iter().any(|text| text.contains(',')) {
         return None;
