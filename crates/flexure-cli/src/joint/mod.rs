@@ -194,7 +194,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             lines.note(format!("{} is not written: no {what} was seen", shown_path(path)));
         }
     }
-    let next = "next: the same with another log of the joint; what is right agrees within its errors";
+    let next =
+        "next: the same command with another log of this joint; inertia and friction should agree within their errors";
     print_result(&lines, wrote(&written).chain([String::new(), next.to_owned()]))
 }
 
