@@ -183,7 +183,7 @@ impl Arguments {
     /// The task for a record: without a given structure, linear dynamics where the output integrates the input, as no other structure has
     /// poles for that; then with a note.
     fn fitting(&self, task: Task, file: &RecordFile, columns: SystemColumns) -> (Task, Option<String>) {
-        let integrated = self.is_default().then(|| task.integrated(file, columns)).flatten();
+        let integrated = self.is_default().then(|| Task::integrated(file, columns)).flatten();
         let Some(input) = integrated else {
             return (task, None);
         };

@@ -142,7 +142,7 @@ fn a_page_shows_the_moving_chain() {
         (moved - x[10]).abs() < 1e-6 && x[10].hypot(y[10]) > 1e-4,
         "{moved} {x:?}"
     );
-    assert!(page.contains("the farthest that it drifts from its start"));
+    assert!(page.contains("Base drift"));
 }
 
 #[test]

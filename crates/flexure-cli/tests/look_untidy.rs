@@ -89,7 +89,7 @@ fn stamps_of_whole_seconds_are_not_lost_rows() {
     folder.write("coarse.csv", log(&all));
     let looked = folder.done("look coarse.csv").replace("\n                      ", " ");
     assert!(
-        looked.contains("there are just the samples that one every 2.000 s needs"),
+        looked.contains("the number of rows fits one row every 2.000 s"),
         "{looked}"
     );
     assert_eq!(
@@ -106,6 +106,9 @@ fn stamps_of_whole_seconds_are_not_lost_rows() {
     let prepared = flexure_io::read_record(folder.path("coarse-prepared.csv")).unwrap();
     assert_eq!(prepared.column("y").unwrap(), y);
     assert_eq!(prepared.sample_time("t").unwrap(), 2.0);
+    // Of few rows nothing can be said.
+    folder.write("few.csv", "t,u,y\n0,1,2\n0,2,3\n1,3,5\n3,4,4\n");
+    folder.done("look few.csv");
     // With a lost row, or one that is there twice, there are not as many rows as the duration needs.
     let lost: Vec<usize> = all.iter().copied().filter(|k| *k != 300).collect();
     let twice: Vec<usize> = all.iter().flat_map(|k| vec![*k; 1 + usize::from(*k == 300)]).collect();
@@ -158,7 +161,7 @@ fn resampling_says_what_it_interpolates() {
     let text = folder.done("prepare r.csv --resample 0.01 --convert q_deg=rad -o out.csv");
     for said in [
         "'q_deg' is converted from deg to rad\n",
-        "are now 200 every 0.01 s; 1 row has the instant of the row before, and the mean of both counts; 1 gap in time is interpolated; \
+        "are now 200 every 0.01 s; 1 row has the same instant as the row before, and is averaged with it; 1 gap in time is interpolated; \
          3 samples missing of 'q_deg' are interpolated\n",
     ] {
         assert!(text.contains(said), "{text}");

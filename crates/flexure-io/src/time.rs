@@ -277,7 +277,9 @@ impl RecordFile {
     pub fn unit(&self, name: &str) -> Option<&str> {
         let index = self.record.names().iter().position(|n| n == name)?;
         let own = self.units.get(index).and_then(Option::as_deref);
-        own.or_else(|| Some(unit_at_end(name)?.1))
+        // In other files, a slash divides a path.
+        let may_end = self.is_text() || !name.contains('/');
+        own.or_else(|| unit_at_end(name).filter(|_| may_end).map(|(_, unit)| unit))
     }
 }
 
@@ -292,6 +294,15 @@ mod tests {
         let mut file = RecordFile::in_memory(record, "log");
         file.units = columns.iter().map(|(_, unit, _)| unit.map(str::to_owned)).collect();
         file
+    }
+
+    #[test]
+    fn a_path_does_not_end_in_a_unit() {
+        let file = file(&[("drive/A", None, 1.0), ("q_deg", None, 1.0), ("u_V", Some("mV"), 1.0)]);
+        assert_eq!(
+            ["drive/A", "q_deg", "u_V"].map(|name| file.unit(name)),
+            [None, Some("deg"), Some("mV")]
+        );
     }
 
     #[test]

@@ -1,7 +1,7 @@
 /* A chain as a picture in space: links, joints, the base and the paths of the ends, on a canvas; dragging turns it. */
 
 const CHAIN_HEIGHT = 0.62; // of the picture, as a share of its width; on a phone it is square
-const FLAT = 0.03; // a motion in a plane: its extent across it is smaller than this share of the largest one
+const FLAT = 0.03; // a motion lies in a plane if its extent across the plane is below this share of its largest extent
 const STEEPEST = Math.PI / 2;
 
 class ChainView {

@@ -1,7 +1,7 @@
 //! The simulated motion of a chain as a page.
 
 use flexure::Record;
-use flexure::manipulator::chain::{Base, DrivenChain};
+use flexure::manipulator::chain::{Base, Chain, DrivenChain};
 use flexure::text::{counted, short};
 use flexure_report::data::{Axis, ChainMotion, Fact, MotionPage, Signal};
 
@@ -42,23 +42,23 @@ pub fn motion_page(
     if is_free {
         let moved = farthest(points.iter().map(|points| points[0]));
         facts.push(fact(
-            "Base",
+            "Base drift",
             format!("{} m", short(moved)),
-            "the farthest that it drifts from its start",
+            "the largest distance from where it started",
         ));
     }
     let ends = chain.lines().len() + 1;
     let reach = (chain.joints().len() + 1..ends).map(|end| farthest(points.iter().map(|points| points[end])));
     facts.push(fact(
-        "Reach",
+        "End motion",
         format!("{} m", short(reach.fold(0.0, f64::max))),
-        "the farthest that the last link's centre of mass moves from its start",
+        "the largest distance of the last link's centre of mass from where it started",
     ));
     let signals = signals(chain, record, is_free)?;
     let page = MotionPage {
         title: format!("Motion of {name}"),
         subtitle: format!(
-            "{joints} on a {base} base, simulated for {} s{}. Stops of joints do not act.",
+            "{joints} on a {base} base, simulated for {} s{}. Limits of the joints are ignored.",
             short(duration),
             if signals.iter().any(|signal| signal.name.starts_with("tau_")) {
                 ""
@@ -97,7 +97,7 @@ fn farthest(mut points: impl Iterator<Item = [f64; 3]>) -> f64 {
 }
 
 /// The positions of the base and the joints, and the torques.
-fn signals(chain: &flexure::manipulator::chain::Chain, record: &Record, is_free: bool) -> flexure::Result<Vec<Signal>> {
+fn signals(chain: &Chain, record: &Record, is_free: bool) -> flexure::Result<Vec<Signal>> {
     let base = BASE[..3]
         .iter()
         .filter(|_| is_free)

@@ -104,9 +104,9 @@ impl List<'_> {
         }
         if let Some(step) = even_behind_stamps(look, self.file) {
             self.note(format!(
-                "'{name}' repeats {} and has {} of about two steps, but no row is there twice, and there are just the samples that one every {} s needs: the stamps jitter, not the samples.",
+                "'{name}' repeats {} and skips {}. But no row is there twice, and the number of rows fits one row every {} s: the time stamps jitter, and the samples are even.",
                 counted(clock.backwards.len(), "instant"),
-                counted(clock.gaps.len(), "step"),
+                clock.gaps.len(),
                 number(step * seconds)
             ));
             return;

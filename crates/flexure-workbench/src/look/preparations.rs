@@ -124,14 +124,22 @@ fn longest_stretch(clock: &Clock, samples: usize) -> Range<usize> {
 /// The longest step of stamps that come early or late, in steps.
 const LATEST: f64 = 2.5;
 
-/// The sample time of a record whose stamps are uneven while its samples are not: as stamps repeat, others are late, and there are exactly as
-/// many samples as a sample time of few digits needs for the duration. Stamps of whole seconds that jitter are an example.
+/// Fewest samples whose number tells whether samples are lost. Convention.
+const FEWEST_COUNTED: usize = 100;
+
+/// The sample time of a record with even samples and uneven stamps, for example stamps in whole seconds that jitter.
+///
+/// Some stamps repeat and others come late, but no row is there twice. The number of samples is just what the duration needs at a sample
+/// time of few digits.
 pub(super) fn even_behind_stamps(look: &Look, file: &RecordFile) -> Option<f64> {
     let clock = look
         .clock
         .as_ref()
         .filter(|clock| !clock.backwards.is_empty() && clock.missing == 0)?;
     let samples = file.record.len();
+    if samples < FEWEST_COUNTED {
+        return None;
+    }
     let is_twice = |i: usize| {
         let others = file.record.columns().enumerate().filter(|(c, _)| Some(*c) != look.time);
         let mut columns = others.map(|(_, (_, x))| (x[i - 1], x[i]));
@@ -144,8 +152,8 @@ pub(super) fn even_behind_stamps(look: &Look, file: &RecordFile) -> Option<f64> 
     }
     let mean = clock.duration / (samples - 1) as f64;
     // With more samples, a number of more digits is no coincidence.
-    let digits = (samples as f64).log10().floor() as usize - 1;
-    let step: f64 = format!("{mean:.*e}", digits.saturating_sub(1)).parse().ok()?;
+    let decimals = samples.ilog10() as usize - 2;
+    let step: f64 = format!("{mean:.decimals$e}").parse().ok()?;
     let is_whole = (clock.duration - step * (samples - 1) as f64).abs() < 0.5 * clock.step;
     is_whole.then_some(step)
 }

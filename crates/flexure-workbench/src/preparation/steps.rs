@@ -195,10 +195,10 @@ pub(super) fn resample(
         ));
     }
     if repeated > 0 {
-        let is = if repeated == 1 { "has" } else { "have" };
+        let [has, are] = if repeated == 1 { ["has", "is"] } else { ["have", "are"] };
         let rows = counted(repeated, "row");
         text.push_str(&format!(
-            "; {rows} {is} the instant of the row before, and the mean of both counts"
+            "; {rows} {has} the same instant as the row before, and {are} averaged with it"
         ));
     }
     if filled > 0 {

@@ -44,11 +44,7 @@ pub struct Identified {
 
 impl Task {
     /// The input that the output integrates, if there is one.
-    pub fn integrated<'a>(
-        &self,
-        file: &RecordFile,
-        SystemColumns { inputs, output }: SystemColumns<'a>,
-    ) -> Option<&'a str> {
+    pub fn integrated<'a>(file: &RecordFile, SystemColumns { inputs, output }: SystemColumns<'a>) -> Option<&'a str> {
         integrated(&file.record, inputs, output)
     }
 
