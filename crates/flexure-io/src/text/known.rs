@@ -12,16 +12,19 @@ use super::numbers;
 use crate::options::ReadOptions;
 use crate::time::SECOND;
 
-/// The first field of files of Campbell's loggers; the first line of LabVIEW's, the last line above the tables there, and the first and the last
-/// name.
+/// How a file of Campbell's loggers begins.
 const TOA5: [&[u8]; 2] = [b"\"TOA5\",", b"TOA5,"];
+
+/// How a LabVIEW file begins, and the last line above its tables.
 const LABVIEW: &[u8] = b"LabVIEW Measurement";
 const LABVIEW_END: &[u8] = b"***End_of_Header***";
+/// The first and the last name of a LabVIEW table.
 const LABVIEW_X: &[u8] = b"X_Value";
 const LABVIEW_COMMENT: &str = "Comment";
 
-/// What Rigol's oscilloscopes write: the first name with its unit, and the last names, whose units are numbers.
+/// The first name of a Rigol oscilloscope's file, and the unit below it.
 const RIGOL_X: [&str; 2] = ["X", "Sequence"];
+/// The last names there. In place of their units there are numbers.
 const RIGOL_SETTINGS: [&str; 2] = ["Start", "Increment"];
 
 /// A file whose first lines say what it is.
@@ -115,7 +118,7 @@ impl Layout {
         self.axis = Some(axis);
     }
 
-    /// Takes the instants of the samples from the row of units of a Rigol's oscilloscope.
+    /// Takes the samples' instants from the units row of a Rigol oscilloscope.
     pub(super) fn take_increment(&mut self, units: &[String], options: &ReadOptions) {
         let Some(kept) = self.names.len().checked_sub(2).filter(|kept| *kept > 1) else {
             return;
