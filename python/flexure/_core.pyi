@@ -83,7 +83,9 @@ def identify_joint(
     spring: bool = False,
     prismatic: bool = False,
     level: float = 0.95,
-    position_loop: tuple[_Array, float, float, float] | None = None,
+    torque_constant: float = 1.0,
+    gear_ratio: float = 1.0,
+    position_loop: tuple[_Array, float, float] | None = None,
 ) -> Joint: ...
 def identify_axes(
     axes: Sequence[tuple[str, str | None, str | None, tuple[_Array, _Array, _Array | None, _Array | None] | None]],
@@ -106,6 +108,15 @@ class Joint:
     def summary(self) -> str: ...
     def motions(self) -> str: ...
     def page(self) -> str: ...
+    def validate(
+        self,
+        torque: Sequence[_Array],
+        link: Sequence[_Array],
+        motor: Sequence[_Array],
+        velocity: _Array | None,
+        sample_time: float,
+        reference: _Array | None = None,
+    ) -> str: ...
     def arm_file(self, joint: int = 0, template: str | None = None) -> str: ...
 
 @final

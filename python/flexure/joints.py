@@ -12,11 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from flexure import _core
-from flexure import _records as records
-from flexure import _times as times
-from flexure._arrays import finite_number, samples
+from flexure._arrays import finite_number
 from flexure._core import DataError, FlexureError, ParameterError
 from flexure._html import arm_html, joint_html
+from flexure._joint_logs import JointLog
 from flexure.arms import Arm
 from flexure.results import Estimate, Nonlinearity
 
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["Estimate", "Form", "Joint", "Motion", "Parameter", "TwoLinkArm", "identify_joint"]
+__all__ = ["Estimate", "Form", "Joint", "Motion", "OtherLog", "Parameter", "TwoLinkArm", "identify_joint"]
 
 Array = npt.NDArray[np.float64]
 
@@ -53,6 +52,26 @@ class Motion:
     """The root mean square of measured minus simulated position, rad (m)."""
     fit_percent: float
     """``100 (1 - |q - qh| / |q - mean q|)``."""
+
+
+@dataclass(frozen=True)
+class OtherLog:
+    """What a joint does on another log, which was not fitted, as ``flexure joint --validate`` says it."""
+
+    holds: bool
+    """Whether what was found holds there: the torque of a joint, the simulated motions of an arm."""
+    torque_rms: float
+    """The root mean square by which the torque that the motion needs is off, N m (N), up to `cut_off`; NaN for an arm."""
+    torque_fit_percent: float
+    """The fit of that torque; NaN for an arm."""
+    own_torque_fit_percent: float
+    """The same on the log that was fitted."""
+    unseen: float
+    """The share of the samples that move faster than any of the fitted log."""
+    cut_off: float
+    """Hz."""
+    motions: tuple[Motion, ...]
+    """The motion of the other log simulated."""
 
 
 @dataclass(frozen=True)
@@ -86,9 +105,41 @@ class _Logged:
         """The measured motion simulated with what was identified: under the recorded torque, of every joint; of a rigid axis also in the position
         loop, where that is known. Empty where the simulation fails."""
         found = json.loads(self._own("motions").motions())
-        each = found if isinstance(found, list) else [found]
         recorded = "under the recorded torque"
-        return tuple(Motion(m.get("drive", recorded), m["rms"], m["fit_percent"]) for m in each if m is not None)
+        if isinstance(found, list):
+            return tuple(Motion(m["drive"], m["rms"], m["fit_percent"]) for m in found)
+        if found is None:
+            return ()
+        # An arm has a list of each, an entry a joint.
+        pairs = zip(np.atleast_1d(found["rms"]).tolist(), np.atleast_1d(found["fit_percent"]).tolist(), strict=True)
+        return tuple(Motion(recorded, rms, fit) for rms, fit in pairs)
+
+    def validate(
+        self,
+        torque: Any,
+        *,
+        dt: float | None = None,
+        position: Any = None,
+        motor: Any = None,
+        link: Any = None,
+        velocity: Any = None,
+        reference: Any = None,
+        data: Any = None,
+    ) -> OtherLog:
+        """Judges the joint on another of its logs, which was not fitted: the torque that the motion there needs, and its simulated motion.
+
+        Arrays and names are those of :func:`identify_joint`; `torque` is in the unit that it had there.
+
+        Raises
+        ------
+        DataError
+            Samples that are not finite or do not vary, fewer than 200 of them, wrapped angles.
+        ParameterError
+            Columns of another kind of joint.
+        """
+        log = JointLog.of(torque, position, motor, link, velocity, reference, data, dt)
+        text = self._own("validate").validate(log.torque, log.position, log.motor, log.velocity, log.dt, log.reference)
+        return _other_log(json.loads(text))
 
     def report(self, path: str | PathLike[str]) -> None:
         """Writes the page that ``flexure joint --report`` writes: one HTML file that needs no network."""
@@ -244,6 +295,7 @@ def identify_joint(
     prismatic: bool = False,
     level: float = 0.95,
     torque_constant: float = 1.0,
+    gear_ratio: float = 1.0,
     reference: Any = None,
     kp: float | None = None,
     kv: float | None = None,
@@ -254,13 +306,13 @@ def identify_joint(
     Parameters
     ----------
     torque : array of shape (n,), or (n, 2) for an arm
-        On the link's side of the gear, N m (N for a prismatic axis); or a current or voltage, see `torque_constant`.
+        N m on the link's side of the gear (N for a prismatic axis); or as it is logged, see `torque_constant` and `gear_ratio`.
     dt : float, optional
         The sample time, s; None: from a time index of `torque`, or from the times in `data`.
     position : array of shape (n,)
         Of a rigid axis, rad (m).
     motor, link : arrays of shape (n,), or (n, 2)
-        The angles of a flexible joint, both on the link's side, rad.
+        The angles of a flexible joint, rad; the motor's on the link's side, or see `gear_ratio`.
     velocity : array of shape (n,), optional
         Of a rigid axis, where it is logged.
     motor_inertia : float, optional
@@ -273,6 +325,8 @@ def identify_joint(
         Of the confidence bands.
     torque_constant : float
         Torque for each unit of `torque`.
+    gear_ratio : float
+        Motor angles are divided by it, torques multiplied, so that all is seen from the link.
     reference : array of shape (n,), optional
         What a position controller of a rigid axis followed: ``motions`` then has the motion in its loop too, with ``torque = kv
         (kp (reference - position) - velocity)``, in the unit of `torque`.
@@ -302,38 +356,39 @@ def identify_joint(
     >>> joint = identify_joint(torque, position=position, dt=0.005)
     >>> round(joint.inertia.value, 2)
     2.0
+
+    Another log of the axis says whether that holds there:
+
+    >>> later = joint.validate(torque[::-1], position=position[::-1], dt=0.005)
+    >>> later.holds
+    False
     """
-    if (position is None) == (motor is None or link is None):
-        raise ParameterError("give the position of a rigid axis, or motor and link of a flexible joint")
-    signals = {"torque": torque, "position": position, "motor": motor, "link": link, "velocity": velocity, "reference": reference}
-    signals, step = _named(signals, data, times.given_step(dt))
-    torque, position, motor, link, velocity, reference = signals.values()
+    log = JointLog.of(torque, position, motor, link, velocity, reference, data, dt)
     if {reference is None, kp is None, kv is None} == {True, False}:
         raise ParameterError("a position loop has a reference, kp and kv; give all three, or none")
-    constant = finite_number(torque_constant, "torque_constant")
-    of_axis = {"velocity": velocity, "reference": reference}
-    for name, value in {
-        **{name: value is not None for name, value in of_axis.items()},
-        "gravity": gravity,
-        "spring": spring,
-        "prismatic": prismatic,
-    }.items():
+    of_axis = {"velocity": velocity is not None, "reference": reference is not None}
+    for name, value in {**of_axis, "gravity": gravity, "spring": spring, "prismatic": prismatic}.items():
         if value and position is None:
             raise ParameterError(f"{name} is for a rigid axis, which has a position; a flexible joint has motor and link")
     if motor_inertia is not None and position is not None:
         raise ParameterError("motor_inertia is for a flexible joint; a rigid axis has one inertia")
+    position_loop = None
+    if log.reference is not None:
+        position_loop = log.reference, finite_number(kp, "kp"), finite_number(kv, "kv")
     core = _core.identify_joint(
-        [column * constant for column in _columns(torque, "torque")],
-        _columns(link if position is None else position, "link" if position is None else "position"),
-        [] if motor is None else _columns(motor, "motor"),
-        None if velocity is None else samples(velocity, "velocity"),
-        step,
+        log.torque,
+        log.position,
+        log.motor,
+        log.velocity,
+        log.dt,
         motor_inertia=motor_inertia,
         gravity=gravity,
         spring=spring,
         prismatic=prismatic,
         level=level,
-        position_loop=_position_loop(reference, kp, kv, constant, len(position) if position is not None else 0),
+        torque_constant=finite_number(torque_constant, "torque_constant"),
+        gear_ratio=finite_number(gear_ratio, "gear_ratio"),
+        position_loop=position_loop,
     )
     result = json.loads(core.json())
     if result["joint"] != "two_link_arm":
@@ -343,41 +398,9 @@ def identify_joint(
     return TwoLinkArm(shoulder, elbow, coupling, (first, second), result, core)
 
 
-def _named(signals: dict[str, Any], data: Any, dt: float | None) -> tuple[dict[str, Any], float]:
-    """The signals, out of the columns of a table where there is one, and their sample time."""
-    instants = times.instants_of(signals["torque"])
-    if data is not None:
-        signals, instants = records.named_columns(data, signals)
-    step = times.step_of(instants)
-    times.check_same_step(step, dt, "the log's sample time is {:g} s, but dt is {:g} s; leave dt out, or correct the times")
-    dt = step if dt is None else dt
-    if dt is None:
-        raise ParameterError("the sample time is not known; give dt, in s")
-    return signals, dt
-
-
-def _position_loop(reference: Any, kp: Any, kv: Any, constant: float, length: int) -> tuple[Array, float, float, float] | None:
-    """The loop of a position controller, if there is one."""
-    if reference is None:
-        return None
-    column = samples(reference, "reference")
-    if len(column) != length or not np.isfinite(column).all():
-        raise DataError(f"'reference' must have {length} finite samples, as the position has")
-    return column, finite_number(kp, "kp"), finite_number(kv, "kv"), constant
-
-
 def _within_brackets(unit: str) -> str:
     """A unit behind a solidus."""
     return f"({unit})" if " " in unit else unit
-
-
-def _columns(values: Any, name: str) -> list[Array]:
-    if np.ndim(values) == 2 and np.shape(values)[1] == 2:
-        values = np.asarray(values)
-        return [samples(values[:, i], f"{name} {i + 1}") for i in (0, 1)]
-    if np.ndim(values) > 1 and np.shape(values)[1:] != (1,):
-        raise DataError(f"'{name}' has the shape {np.shape(values)}, but one signal has the shape (n,), an arm's (n, 2)")
-    return [samples(values, name)]
 
 
 def _joint(result: dict[str, Any], core: _core.Joint | None) -> Joint:
@@ -393,6 +416,19 @@ def _joint(result: dict[str, Any], core: _core.Joint | None) -> Joint:
         tuple(result["findings"]),
         result,
         core,
+    )
+
+
+def _other_log(found: dict[str, Any]) -> OtherLog:
+    torque = found["torque"] or dict.fromkeys(("rms", "fit_percent", "own_fit_percent", "unseen", "cut_off"), np.nan)
+    return OtherLog(
+        found["holds"],
+        torque["rms"],
+        torque["fit_percent"],
+        torque["own_fit_percent"],
+        torque["unseen"],
+        torque["cut_off"],
+        tuple(Motion(motion["drive"], motion["rms"], motion["fit_percent"]) for motion in found["motions"]),
     )
 
 

@@ -9,7 +9,8 @@ use flexure::identify::robot_joint::{AxisDrive, Extra};
 use flexure_io::RecordFile;
 use flexure_io::arm::{ArmFile, Excitation};
 use flexure_workbench::joints::{
-    Axes as IdentifiedAxes, AxisLog, IdentifiedAxis, Joint as Identified, Log, Motion, Place, Settings, identify,
+    Axes as IdentifiedAxes, AxisLog, IdentifiedAxis, Joint as Identified, LaterLog, Log, Place, Settings, Trial,
+    identify,
 };
 use pyo3::prelude::*;
 
@@ -20,36 +21,74 @@ use crate::run::interruptible;
 
 /// What stands for a file's name in messages and on pages.
 const LOG: &str = "the log";
+const OTHER_LOG: &str = "the other log";
+
+/// The factors that bring a log to the link's side of the gear.
+#[derive(Clone, Copy)]
+struct Scale {
+    /// Torque at the link for each unit of the logged torque.
+    torque: f64,
+    /// The link's angle for each unit of the motor's.
+    motor: f64,
+}
+
+/// A log of these columns, one or two of each kind.
+fn log(
+    name: &str,
+    torque: &[Column],
+    link: &[Column],
+    motor: &[Column],
+    velocity: Option<&Column>,
+    sample_time: f64,
+    scale: Scale,
+) -> Log {
+    let samples = |column: &Column| column.samples().to_vec();
+    let scaled = |column: &Column, by: f64| column.samples().iter().map(|v| v * by).collect();
+    let axes = torque.iter().zip(link).enumerate().map(|(i, (torque, link))| AxisLog {
+        torque: scaled(torque, scale.torque),
+        position: samples(link),
+        motor: motor.get(i).map(|motor| scaled(motor, scale.motor)),
+        velocity: velocity.map(samples),
+    });
+    Log {
+        name: name.to_owned(),
+        sample_time,
+        axes: axes.collect(),
+        columns: BTreeMap::new(),
+    }
+}
 
 /// A position controller with a velocity loop inside, in which a log was made.
 struct PositionLoop {
     reference: Vec<f64>,
     kp: f64,
     kv: f64,
-    torque_constant: f64,
-}
-
-impl PositionLoop {
-    fn drive(&self) -> AxisDrive<'_> {
-        AxisDrive::Loop {
-            reference: &self.reference,
-            kp: self.kp,
-            kv: self.kv,
-            torque_constant: self.torque_constant,
-        }
-    }
 }
 
 /// An identified joint or arm with its log.
 struct Session {
     found: Box<dyn Identified>,
     position_loop: Option<PositionLoop>,
+    scale: Scale,
 }
 
 impl Session {
-    fn motions(&self) -> Result<Vec<Motion>> {
-        self.found
-            .simulate(self.position_loop.as_ref().map(PositionLoop::drive))
+    /// The controller in whose loop the log was made, where it follows this reference.
+    fn drive<'a>(&self, reference: &'a [f64]) -> Option<AxisDrive<'a>> {
+        let &PositionLoop { kp, kv, .. } = self.position_loop.as_ref()?;
+        Some(AxisDrive::Loop {
+            reference,
+            kp,
+            kv,
+            torque_constant: self.scale.torque,
+        })
+    }
+
+    /// What the joint does when simulated, and on another log.
+    fn trial(&self, later: Option<LaterLog>) -> Result<Trial> {
+        let own = self.position_loop.as_ref();
+        let position_loop = own.and_then(|own| self.drive(&own.reference));
+        self.found.try_out(position_loop, later)
     }
 }
 
@@ -58,14 +97,14 @@ impl Session {
 pub struct Joint(Arc<Session>);
 
 impl Joint {
-    /// What `work` makes of the simulated motions.
-    fn simulated<T: Send + 'static>(
+    /// What `work` makes of what the joint does when simulated.
+    fn tried<T: Send + 'static>(
         &self,
         py: Python<'_>,
-        work: impl FnOnce(&dyn Identified, &[Motion]) -> Result<T> + Send + 'static,
+        work: impl FnOnce(&dyn Identified, &Trial) -> Result<T> + Send + 'static,
     ) -> PyResult<T> {
         let session = Arc::clone(&self.0);
-        let made = interruptible(py, move |_| work(&*session.found, &session.motions()?))?;
+        let made = interruptible(py, move |_| work(&*session.found, &session.trial(None)?))?;
         made.map_err(|error| of_any(&error))
     }
 }
@@ -79,17 +118,63 @@ impl Joint {
 
     /// The text that `flexure joint` prints.
     fn summary(&self, py: Python<'_>) -> PyResult<String> {
-        self.simulated(py, |found, motions| Ok(found.summary(motions).to_string()))
+        self.tried(py, |found, trial| Ok(found.summary(trial).to_string()))
     }
 
     /// The simulated motions, as `flexure joint --json` prints them, as text.
     fn motions(&self, py: Python<'_>) -> PyResult<String> {
-        self.simulated(py, |found, motions| Ok(found.motions_json(motions).1.to_string()))
+        self.tried(py, |found, trial| Ok(found.motions_json(&trial.motions).1.to_string()))
     }
 
     /// The page that `flexure joint --report` writes.
     fn page(&self, py: Python<'_>) -> PyResult<String> {
-        self.simulated(py, |found, motions| found.html(motions, None, None))
+        self.tried(py, |found, trial| found.html(trial, None, None))
+    }
+
+    /// What the joint does on another log, as `flexure joint --validate` prints it with `--json`, as text; `reference` is what the controller
+    /// followed there.
+    #[pyo3(signature = (torque, link, motor, velocity, sample_time, reference=None))]
+    #[expect(clippy::too_many_arguments, reason = "keywords on the other side")]
+    fn validate(
+        &self,
+        py: Python<'_>,
+        torque: Vec<Column>,
+        link: Vec<Column>,
+        motor: Vec<Column>,
+        velocity: Option<Column>,
+        sample_time: f64,
+        reference: Option<Column>,
+    ) -> PyResult<String> {
+        let session = Arc::clone(&self.0);
+        let own = session.found.log();
+        let own_motors = own.axes.iter().filter(|axis| axis.motor.is_some()).count();
+        if [torque.len(), link.len(), motor.len()] != [own.axes.len(), own.axes.len(), own_motors] {
+            return Err(ParameterError::new_err(
+                "the other log needs the columns of the one that was fitted: torque and position, or torque, motor and link",
+            ));
+        }
+        let made = interruptible(py, move |_| {
+            let log = log(
+                OTHER_LOG,
+                &torque,
+                &link,
+                &motor,
+                velocity.as_ref(),
+                sample_time,
+                session.scale,
+            );
+            let file = RecordFile::in_memory(Record::new::<String>([])?, OTHER_LOG);
+            let reference = reference.as_ref();
+            let position_loop = reference.and_then(|reference| session.drive(reference.samples()));
+            let later = LaterLog {
+                log,
+                file: &file,
+                position_loop,
+            };
+            let tried = session.trial(Some(later))?;
+            Ok(tried.later.map_or_else(String::new, |later| later.json().to_string()))
+        })?;
+        made.map_err(|error: anyhow::Error| of_any(&error))
     }
 
     /// The text of the arm file that `flexure joint --arm` writes, not driven by any record; `joint`, 0 or 1, is the place of a single
@@ -108,9 +193,9 @@ impl Joint {
 }
 
 /// Identifies a joint or an arm from the columns of its log, one or two of each kind. Without `motor` it is a rigid axis. The
-/// position loop is a reference, kp, kv and the torque constant.
+/// position loop is a reference, kp and kv.
 #[pyfunction]
-#[pyo3(signature = (torque, link, motor, velocity, sample_time, *, motor_inertia=None, gravity=false, spring=false, prismatic=false, level=0.95, position_loop=None))]
+#[pyo3(signature = (torque, link, motor, velocity, sample_time, *, motor_inertia=None, gravity=false, spring=false, prismatic=false, level=0.95, torque_constant=1.0, gear_ratio=1.0, position_loop=None))]
 #[expect(clippy::too_many_arguments, reason = "keywords on the other side")]
 pub fn identify_joint(
     py: Python<'_>,
@@ -124,7 +209,9 @@ pub fn identify_joint(
     spring: bool,
     prismatic: bool,
     level: f64,
-    position_loop: Option<(Column, f64, f64, f64)>,
+    torque_constant: f64,
+    gear_ratio: f64,
+    position_loop: Option<(Column, f64, f64)>,
 ) -> PyResult<Joint> {
     let known = matches!((torque.len(), link.len(), motor.len()), (1, 1, 0 | 1) | (2, 2, 2));
     if !known {
@@ -132,33 +219,33 @@ pub fn identify_joint(
             "a two-link arm needs two columns each of motors, links and torques, a joint one",
         ));
     }
+    if !(gear_ratio > 0.0 && gear_ratio.is_finite()) {
+        return Err(ParameterError::new_err(format!(
+            "gear_ratio is {gear_ratio}, but must be positive and finite"
+        )));
+    }
     let joint = interruptible(py, move |_| {
-        let samples = |column: &Column| column.samples().to_vec();
-        let axes = (0..torque.len()).map(|i| AxisLog {
-            torque: samples(&torque[i]),
-            position: samples(&link[i]),
-            motor: motor.get(i).map(samples),
-            velocity: velocity.as_ref().map(samples),
-        });
-        let log = Log {
-            name: LOG.to_owned(),
-            sample_time,
-            axes: axes.collect(),
-            columns: BTreeMap::new(),
+        let scale = Scale {
+            torque: torque_constant * gear_ratio,
+            motor: 1.0 / gear_ratio,
         };
+        let log = log(LOG, &torque, &link, &motor, velocity.as_ref(), sample_time, scale);
         let settings = Settings {
             motor_inertia,
             ..settings(gravity, spring, prismatic, level)
         };
         let file = RecordFile::in_memory(Record::new::<String>([])?, LOG);
         let found = identify(log, &settings, &file, argument)?;
-        let position_loop = position_loop.map(|(reference, kp, kv, torque_constant)| PositionLoop {
-            reference: samples(&reference),
+        let position_loop = position_loop.map(|(reference, kp, kv)| PositionLoop {
+            reference: reference.samples().to_vec(),
             kp,
             kv,
-            torque_constant,
         });
-        Ok(Session { found, position_loop })
+        Ok(Session {
+            found,
+            position_loop,
+            scale,
+        })
     })?;
     joint
         .map(|session| Joint(Arc::new(session)))
@@ -252,10 +339,10 @@ pub fn identify_axes(
                 columns: BTreeMap::new(),
             };
             let joint = identify(log, &settings, &file, argument)?;
-            let motions = joint.simulate(None)?;
+            let trial = joint.try_out(None, None)?;
             Ok(IdentifiedAxis {
                 joint,
-                motions,
+                trial,
                 remark: remark.clone(),
             })
         })

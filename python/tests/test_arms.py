@@ -168,6 +168,43 @@ def test_a_rigid_axis_is_identified_as_on_the_command_line(axis, tmp_path, comma
     assert abs(found.inertia.value - truth) < 4 * found.inertia.error + 0.01 * truth
 
 
+def test_a_joint_is_judged_on_another_log_as_on_the_command_line(axis, two_links, tmp_path, command):
+    half = len(axis["t"]) // 2
+    first, second = ({name: axis[name][part] for name in ("t", "q2", "tau2")} for part in (slice(half), slice(half, None)))
+    paths = [write_csv(tmp_path / f"{name}.csv", **log) for name, log in (("first", first), ("second", second))]
+    done = command("joint", paths[0], "--position", "q2", "--torque", "tau2", "--validate", paths[1], "--json")
+    theirs = json.loads(done.stdout)["later"]
+    joint = flexure.identify_joint("tau2", position="q2", data=first)
+    later = joint.validate("tau2", position="q2", data=second)
+    assert later.holds and theirs["holds"]
+    assert (later.torque_rms, later.torque_fit_percent) == (theirs["torque"]["rms"], theirs["torque"]["fit_percent"])
+    assert later.own_torque_fit_percent == theirs["torque"]["own_fit_percent"]
+    assert [motion.rms for motion in later.motions] == [motion["rms"] for motion in theirs["motions"]]
+    # A torque of another unit by its constant, and an axis that is half as heavy.
+    scaled = flexure.identify_joint(first["tau2"] / 5, position=first["q2"], dt=0.002, torque_constant=5)
+    assert scaled.validate(second["tau2"] / 5, position=second["q2"], dt=0.002).torque_rms == pytest.approx(later.torque_rms, rel=1e-6)
+    assert not joint.validate(second["tau2"] / 2, position=second["q2"], dt=0.002).holds
+    with pytest.raises(flexure.ParameterError, match="needs the columns of the one that was fitted"):
+        joint.validate("tau2", motor="qm2", link="q2", data=two_links)
+    with pytest.raises(flexure.DataError, match="NaN"):
+        joint.validate(np.where(second["t"] < 10.1, np.nan, second["tau2"]), position=second["q2"], dt=0.002)
+    with pytest.raises(flexure.DataError, match="has 5 samples"):
+        joint.validate(second["tau2"][:5], position=second["q2"], dt=0.002)
+    pair = {"motor": ["qm1", "qm2"], "link": ["q1", "q2"], "data": two_links}
+    arm = flexure.identify_joint(["tau1", "tau2"], **pair)
+    again = arm.validate(["tau1", "tau2"], **pair)
+    assert again.holds and np.isnan(again.torque_rms) and again.motions == arm.motions
+
+
+def test_a_gear_between_motor_and_link(two_links):
+    log = two_links
+    direct = flexure.identify_joint(log["tau2"], motor=log["qm2"], link=log["q2"], dt=0.002)
+    geared = flexure.identify_joint(log["tau2"] / 50, motor=50 * log["qm2"], link=log["q2"], dt=0.002, gear_ratio=50)
+    assert geared.inertia.value == pytest.approx(direct.inertia.value, rel=1e-6)
+    with pytest.raises(flexure.ParameterError, match="gear_ratio is -1"):
+        flexure.identify_joint(log["tau2"], position=log["q2"], dt=0.002, gear_ratio=-1)
+
+
 def test_wrong_logs_are_said(two_links):
     log = two_links
     with pytest.raises(flexure.ParameterError, match="position of a rigid axis, or motor and link"):

@@ -38,15 +38,26 @@ def test_identified_again(tmp_path, monkeypatch, program, options):
     assert carried((tmp_path / "page.html").read_text()) == carried(by_command)
 
 
-def test_joint_again(tmp_path, monkeypatch, program):
+def joint_log():
+    """Instants, angle and torque of an axis."""
     rng = np.random.default_rng(3)
     t = np.arange(3000) * 0.005
     w, phase = 2 * np.pi * 0.1 * np.arange(1, 9), rng.uniform(0, 2 * np.pi, 8)
     q, v, a = (np.sin(np.outer(t, w) + phase + k * np.pi / 2) @ (w**k * 0.3 / np.arange(1, 9)) for k in range(3))
     torque = 3 * a + 2 * v + 0.5 * np.tanh(20 * v) + 0.02 * rng.normal(size=t.size)
-    pandas.DataFrame({"t": t, "q": q + 1e-5 * rng.normal(size=t.size), "tau": torque}).to_csv(tmp_path / "log.csv", index=False)
+    return t, q + 1e-5 * rng.normal(size=t.size), torque
+
+
+@pytest.mark.parametrize(
+    ("names", "scales", "options"),
+    [(("q", "tau"), (1, 1), ""), (("q_deg", "tau_mNm"), (180 / np.pi, 1000), ""), (("q", "i"), (1, 1 / 20), "--torque-constant 0.2 --gear-ratio 100")],
+)
+def test_joint_again(tmp_path, monkeypatch, program, names, scales, options):
+    t, q, torque = joint_log()
+    pandas.DataFrame({"t": t, names[0]: scales[0] * q, names[1]: scales[1] * torque}).to_csv(tmp_path / "log.csv", index=False)
     monkeypatch.chdir(tmp_path)
-    subprocess.run([program, *"joint log.csv --position q --torque tau --report page.html".split()], check=True, capture_output=True)
+    command = f"joint log.csv --position {names[0]} --torque {names[1]} {options} --report page.html"
+    subprocess.run([program, *command.split()], check=True, capture_output=True)
     by_command = (tmp_path / "page.html").read_text()
     (tmp_path / "page.html").unlink()
     exec(code_of(by_command), {})

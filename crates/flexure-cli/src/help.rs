@@ -106,7 +106,7 @@ const GROUPS: [(&str, &[&str]); 8] = [
     ("Limits", &["memory", "stream"]),
     (
         "Evaluation",
-        &["grid", "at", "outside", "skip", "initial-state", "horizon"],
+        &["grid", "at", "outside", "validate", "skip", "initial-state", "horizon"],
     ),
     (
         "Output",

@@ -2,7 +2,11 @@
 
 #[path = "joint/axes.rs"]
 mod axes;
+#[path = "joint/cannot_tell.rs"]
+mod cannot_tell;
 mod common;
+#[path = "joint/later.rs"]
+mod later;
 #[path = "joint/arm.rs"]
 mod two_link;
 

@@ -61,10 +61,11 @@ pub fn run(arguments: &Arguments, AxisNames(axes): &AxisNames) -> Result<()> {
     given.check_patterns()?;
     arguments.check_numbered(axes)?;
     let file = arguments.reading.read(&arguments.record)?;
+    let later = arguments.later_file()?;
     let found = measured("identifying", |reported| {
         Axes::new(&file.name(), arguments.prismatic, axes, |i, axis| {
             reported.at(i, axes.len());
-            arguments.identified(&file, given.of_axis(axis, &file))
+            arguments.identified(&file, given.of_axis(axis, &file), later.as_ref())
         })
     })?;
     // Everything is made before anything is written.
@@ -90,15 +91,15 @@ pub fn run(arguments: &Arguments, AxisNames(axes): &AxisNames) -> Result<()> {
 
 impl Arguments {
     /// What is found of the axis in these columns.
-    fn identified(&self, file: &RecordFile, names: Names) -> Result<IdentifiedAxis> {
+    fn identified(&self, file: &RecordFile, names: Names, later: Option<&RecordFile>) -> Result<IdentifiedAxis> {
         let columns = Columns::new(file, &names)?;
         let joint = identify(columns.log(file, self)?, &self.settings(), file, arguments::option)?;
-        let motions = joint.simulate(self.position_loop(file, &names)?)?;
+        let trial = joint.try_out(self.position_loop(file, &names)?, self.later(later, &names)?)?;
         let remark = names.at_motor.then(|| {
             let column = names.position.unwrap_or_default();
             format!("the log has no angle of its link: it is taken as a rigid axis at its motor, column '{column}'")
         });
-        Ok(IdentifiedAxis { joint, motions, remark })
+        Ok(IdentifiedAxis { joint, trial, remark })
     }
 }
 

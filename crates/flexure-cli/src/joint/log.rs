@@ -63,6 +63,31 @@ impl Number {
     }
 }
 
+/// What a column of a joint's log is.
+#[derive(Debug, Clone, Copy)]
+pub enum Quantity {
+    /// An angle or a position.
+    Angle,
+    /// A velocity.
+    Rate,
+    /// A torque or a force.
+    Effort,
+}
+
+impl Quantity {
+    /// The unit in which the library wants it.
+    pub fn unit(self, prismatic: bool) -> &'static str {
+        match (self, prismatic) {
+            (Quantity::Angle, false) => "rad",
+            (Quantity::Angle, true) => "m",
+            (Quantity::Rate, false) => "rad/s",
+            (Quantity::Rate, true) => "m/s",
+            (Quantity::Effort, false) => "Nm",
+            (Quantity::Effort, true) => "N",
+        }
+    }
+}
+
 /// The names of columns that the options give.
 #[derive(Debug, Clone)]
 pub struct Names {
@@ -195,10 +220,8 @@ impl Columns {
             }
             Ok(samples.iter().map(|v| v * by).collect())
         };
-        let [angle, rate, effort] = match arguments.prismatic {
-            true => ["m", "m/s", "N"],
-            false => ["rad", "rad/s", "Nm"],
-        };
+        let [angle, rate, effort] =
+            [Quantity::Angle, Quantity::Rate, Quantity::Effort].map(|quantity| quantity.unit(arguments.prismatic));
         let before_gear = 1.0 / arguments.gear_ratio;
         let position_by = if self.at_motor { before_gear } else { 1.0 };
         let mut axes = Vec::new();

@@ -12,7 +12,7 @@ use flexure::text::shown_path;
 use flexure_io::arm::Excitation;
 use flexure_io::{RecordFile, write_record_with_units};
 use flexure_workbench::fleet::{Outcome, joined, single_values};
-use flexure_workbench::joints::{Curves, Place, Settings, Units, identify, recorded};
+use flexure_workbench::joints::{Curves, LaterLog, Place, Settings, Units, identify, recorded};
 use serde_json::{Value, json};
 
 use crate::arguments::{self, Usage};
@@ -45,6 +45,7 @@ use log::{Columns, Names, Number};
     flexure joint bag.mcap --joint elbow --report elbow.html\n  \
     flexure joint arm.csv --motor qm1 --link q1 --torque tau1 --arm arm.toml --stiffness k.csv\n  \
     flexure joint arm.csv --motor qm1,qm2 --link q1,q2 --torque tau1,tau2 --arm arm.toml --report arm.html\n  \
+    flexure joint axis.csv --position q --torque tau --validate later.csv\n  \
     flexure joint robot.csv --axis 1..6 --motor qm{} --link q{} --torque tau{} --report robot.html\n  \
     flexure simulate arm.toml -o again.csv")]
 pub struct Arguments {
@@ -101,6 +102,10 @@ pub struct Arguments {
     /// The velocity gain KV of the controller, with --reference: a number, or the name of a constant of a MAT file.
     #[arg(long, value_name = "KV", requires = "reference", value_parser = log::number)]
     kv: Option<Number>,
+    /// Judge what was found on this log of the same joint, which is not fitted: the torque that its motion needs, and its simulated motion.
+    /// Its columns have the same names.
+    #[arg(long, value_name = "LATER.csv")]
+    validate: Option<PathBuf>,
     /// Write the friction curve here: .csv or .parquet.
     #[arg(long, value_name = "CURVE.csv")]
     friction: Option<PathBuf>,
@@ -153,14 +158,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         identify(log, &arguments.settings(), &file, arguments::option)
     })?;
     let position_loop = arguments.position_loop(&file, &names)?;
-    let motions = spinning("simulating", || joint.simulate(position_loop))?;
+    let later_file = arguments.later_file()?;
+    let later = arguments.later(later_file.as_ref(), &names)?;
+    let trial = spinning("simulating", || joint.try_out(position_loop, later))?;
 
     // Everything is made before anything is written.
     let page = match &arguments.report {
         None => None,
         Some(path) => {
             let python = arguments.python(&file, columns.joints(), sample_time);
-            Some((path, joint.html(&motions, Some(this_command()), python)?))
+            Some((path, joint.html(&trial, Some(this_command()), python)?))
         }
     };
     let arm = match &arguments.arm {
@@ -175,15 +182,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         written.push(path.clone());
     }
     if arguments.json {
-        let mut object = joint.json();
-        let (name, motions) = joint.motions_json(&motions);
-        object[name] = motions;
+        let mut object = joint.tried_json(&trial);
         object["samples"] = json!(samples);
         object["sample_time"] = json!(sample_time);
         arguments.add_files(&mut object, &written);
         return print(&object.to_string());
     }
-    let mut lines = joint.summary(&motions);
+    let mut lines = joint.summary(&trial);
     let missing = |path: &&PathBuf| columns.joints() == 1 && !written.contains(path);
     let wanted = [
         (&arguments.stiffness, "stiffness"),
@@ -194,9 +199,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             lines.note(format!("{} is not written: no {what} was seen", shown_path(path)));
         }
     }
-    let next =
-        "next: the same command with another log of this joint; inertia and friction should agree within their errors";
-    print_result(&lines, wrote(&written).chain([String::new(), next.to_owned()]))
+    let next = arguments.validate.is_none().then(|| {
+        let text = "next: the same command with --validate LATER.csv, another log of this joint, says whether this holds there";
+        [String::new(), text.to_owned()]
+    });
+    print_result(&lines, wrote(&written).chain(next.into_iter().flatten()))
 }
 
 impl Arguments {
@@ -207,9 +214,9 @@ impl Arguments {
         let log = Columns::new(file, &names)?.log(file, self)?;
         let samples = log.samples();
         let joint = identify(log, &self.settings(), file, arguments::option)?;
-        let motions = joint.simulate(self.position_loop(file, &names)?)?;
+        let trial = joint.try_out(self.position_loop(file, &names)?, None)?;
         let mut object = joint.json();
-        let (name, motions) = joint.motions_json(&motions);
+        let (name, motions) = joint.motions_json(&trial.motions);
         let replay = if motions.is_array() { &motions[0] } else { &motions };
         let mut row = vec![("samples".to_owned(), json!(samples))];
         row.push(("replay_fit_percent".to_owned(), replay["fit_percent"].clone()));
@@ -294,7 +301,7 @@ impl Arguments {
 
     fn check_outputs<'a>(&'a self, curves: impl IntoIterator<Item = &'a PathBuf>) -> Result<()> {
         let others = self.arm.iter().chain(&self.report);
-        let inputs = [&self.record].into_iter().chain(&self.template);
+        let inputs = [&self.record].into_iter().chain(&self.template).chain(&self.validate);
         prepare(inputs, curves, others)
     }
 
@@ -355,6 +362,22 @@ impl Arguments {
             kp: kp.value(file, "kp")?,
             kv: kv.value(file, "kv")?,
             torque_constant: self.torque_on_link(file)?,
+        }))
+    }
+
+    /// The file of another log of the joint.
+    fn later_file(&self) -> Result<Option<RecordFile>> {
+        let read = |path: &PathBuf| self.reading.read(path);
+        self.validate.as_ref().map(read).transpose()
+    }
+
+    /// The columns of these names as another log of the joint.
+    fn later<'a>(&self, file: Option<&'a RecordFile>, names: &Names) -> Result<Option<LaterLog<'a>>> {
+        let Some(file) = file else { return Ok(None) };
+        Ok(Some(LaterLog {
+            log: Columns::new(file, names)?.log(file, self)?,
+            file,
+            position_loop: self.position_loop(file, names)?,
         }))
     }
 

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 
 use super::views::distance;
 use crate::joints::{
-    self, AxisLog, Constant, Fit, Joint, Log, Motion, Place, Settings, TwoLink, constants, estimate, recorded,
+    self, AxisLog, Constant, Fit, Joint, Log, Place, Settings, Trial, TwoLink, constants, estimate, recorded,
     with_error,
 };
 use crate::lines::{Lines, Tone};
@@ -57,7 +57,7 @@ pub fn under_fresh_torques(arm: &ArmFile) -> ArmFile {
 /// The identified arm and the true one.
 pub struct BothJoints {
     joints: TwoLink,
-    motions: Vec<Motion>,
+    trial: Trial,
     truth: ArmParameters,
 }
 
@@ -92,7 +92,7 @@ impl BothJoints {
         };
         let joints = TwoLink { arm, log };
         Ok(BothJoints {
-            motions: joints.simulate(None)?,
+            trial: joints.try_out(None, None)?,
             joints,
             truth: logged.arm,
         })
@@ -292,9 +292,7 @@ impl BothJoints {
 
     /// The same as JSON, with everything that `flexure joint` says.
     pub fn json(&self, fresh: &FreshRun) -> Value {
-        let mut object = self.joints.json();
-        let (name, motions) = self.joints.motions_json(&self.motions);
-        object[name] = motions;
+        let mut object = self.joints.tried_json(&self.trial);
         object["fresh"] = json!({ "fit_percent": fresh.fits().map(|fit| fit.percent) });
         let near = |joint: usize| -> Value {
             let each = self.nearness(joint).map(|n| {
@@ -315,7 +313,7 @@ impl BothJoints {
     /// # Errors
     /// For numbers that cannot be drawn.
     pub fn html(&self, fresh: &FreshRun, command: String) -> Result<String> {
-        let mut page = self.joints.page(&self.motions);
+        let mut page = self.joints.page(&self.trial);
         page.title = "Both joints of a space arm, from a minute of its log".to_owned();
         page.command = Some(command);
         for (fact, (_, truth)) in page.facts.iter_mut().zip(self.constants()) {

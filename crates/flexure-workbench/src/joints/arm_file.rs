@@ -131,11 +131,11 @@ pub struct StartedArm {
     pub initial: State,
 }
 
-/// The joint alone, as joint 1 of an arm whose other joint is locked.
-pub fn alone(axis: &FlexibleAxis, log: &Log) -> StartedArm {
+/// The joint alone, as joint 1 of an arm whose other joint is locked, in the state in which a log with these velocities starts.
+pub fn alone(axis: &FlexibleAxis, log: &Log, velocities: &[&[f64]]) -> StartedArm {
     StartedArm {
         arm: single(0, axis.model.friction.inertia.value, joint(axis), JointKind::Nonlinear),
-        initial: started(log, 0, &[axis]),
+        initial: started(log, 0, velocities),
     }
 }
 
@@ -149,7 +149,13 @@ pub fn flexible(axis: &FlexibleAxis, log: &Log, place: Place) -> Result<String> 
             single(place.joint, inertia, joint(axis), JointKind::Nonlinear),
         ),
     };
-    text(header, arm, started(log, place.joint, &[axis]), log, place.excitation)
+    text(
+        header,
+        arm,
+        started(log, place.joint, &[&axis.link.friction.x]),
+        log,
+        place.excitation,
+    )
 }
 
 /// The text of the file of a rigid axis: one link of its inertia, with the smooth form of its friction.
@@ -198,21 +204,32 @@ fn state(log: &Log, joint: usize, velocities: &[f64]) -> State {
     state
 }
 
-/// The state in which the log of flexible joints starts; `joint` is the first of them.
-fn started(log: &Log, joint: usize, axes: &[&FlexibleAxis]) -> State {
-    let velocities: Vec<f64> = axes.iter().map(|axis| axis.link.friction.x[0]).collect();
-    state(log, joint, &velocities)
+/// The state in which the log of joints with these velocities starts; `joint` is the first of them.
+fn started(log: &Log, joint: usize, velocities: &[&[f64]]) -> State {
+    let first: Vec<f64> = velocities.iter().map(|velocity| velocity[0]).collect();
+    state(log, joint, &first)
 }
 
 /// The text of the file of a two-link arm, with the links' geometry of the template if there is one, in the run of its log.
 pub fn two_link(arm: &TwoLinkArm, log: &Log, place: Place) -> Result<String> {
     let header = if place.template.is_none() { TWO_LINK } else { "" };
-    let StartedArm { arm, initial } = two_link_arm(arm, log, place.template.map(|arm| arm.links))?;
+    let velocities = own_velocities(arm);
+    let StartedArm { arm, initial } = two_link_arm(arm, log, place.template.map(|arm| arm.links), &velocities)?;
     text(header, arm, initial, log, place.excitation)
 }
 
-/// The arm with these links' geometry, if given.
-pub fn two_link_arm(arm: &TwoLinkArm, log: &Log, template: Option<[Link; 2]>) -> Result<StartedArm> {
+/// The velocities of an arm's links in its own log.
+pub fn own_velocities(arm: &TwoLinkArm) -> Vec<&[f64]> {
+    arm.joints.iter().map(|axis| &axis.link.friction.x[..]).collect()
+}
+
+/// The arm with these links' geometry, if given, in the state in which a log with these velocities starts.
+pub fn two_link_arm(
+    arm: &TwoLinkArm,
+    log: &Log,
+    template: Option<[Link; 2]>,
+    velocities: &[&[f64]],
+) -> Result<StartedArm> {
     let [shoulder, elbow, coupling] = arm.model.map(|e| e.value);
     let [first, second] = &arm.joints;
     let mut joints = [joint(first), joint(second)];
@@ -231,7 +248,7 @@ pub fn two_link_arm(arm: &TwoLinkArm, log: &Log, template: Option<[Link; 2]>) ->
             joints,
             parts: Parts::of(JointKind::Nonlinear),
         },
-        initial: started(log, 0, &[first, second]),
+        initial: started(log, 0, velocities),
     })
 }
 

@@ -8,18 +8,18 @@ use flexure_report::data::{JointPage, Table};
 use serde_json::{Value, json};
 
 use super::row::{COLUMNS, Quantity, Row};
-use super::{Curves, Joint, Motion, Units};
+use super::{Curves, Joint, Trial, Units};
 use crate::lines::{Lines, Tone};
 
 /// The most axes of one log.
 pub const MOST_AXES: usize = 100;
 
-/// An identified axis with its simulated motions.
+/// An identified axis, tried out.
 pub struct IdentifiedAxis {
     /// What was identified.
     pub joint: Box<dyn Joint>,
-    /// Its simulated motions.
-    pub motions: Vec<Motion>,
+    /// What it does when simulated, and on another log.
+    pub trial: Trial,
     /// What to know of its columns.
     pub remark: Option<String>,
 }
@@ -80,9 +80,7 @@ impl Axes {
             let mut object = match &axis.identified {
                 Err(error) => json!({ "error": format!("{error:#}") }),
                 Ok(found) => {
-                    let mut object = found.joint.json();
-                    let (name, motions) = found.joint.motions_json(&found.motions);
-                    object[name] = motions;
+                    let mut object = found.joint.tried_json(&found.trial);
                     object["remark"] = json!(found.remark);
                     object["row"] = found.row().json();
                     object
@@ -103,7 +101,7 @@ impl Axes {
         lines.table(&rows, &[0, COLUMNS.len() + 1]);
         for axis in &self.axes {
             let label = format!("axis {}:", axis.name);
-            for (tone, text) in axis.notes() {
+            for (tone, text) in axis.notes(&self.units) {
                 lines.marked(tone, &label, text);
             }
         }
@@ -206,7 +204,7 @@ impl Axes {
 
 impl IdentifiedAxis {
     fn row(&self) -> Row {
-        self.joint.row(&self.motions)
+        self.joint.row(&self.trial)
     }
 }
 
@@ -216,14 +214,20 @@ impl Axis {
     }
 
     /// Notes on the axis: on its columns, then its findings; or its error.
-    fn notes(&self) -> Vec<(Tone, String)> {
+    fn notes(&self, units: &Units) -> Vec<(Tone, String)> {
         match &self.identified {
             Err(error) => vec![(Tone::Bad, format!("{error:#}"))],
             Ok(found) => {
                 let findings = found.joint.findings();
                 let findings = findings.iter().map(ToString::to_string);
                 let notes = found.remark.iter().cloned().chain(findings);
-                notes.map(|note| (Tone::Caution, note)).collect()
+                let notes = notes.map(|note| (Tone::Caution, note));
+                let later = found.trial.later.as_ref().map(|later| {
+                    let tone = if later.holds() { Tone::Plain } else { Tone::Caution };
+                    let text = later.text(found.joint.log(), units);
+                    (tone, format!("{}: {text}", later.outcome()))
+                });
+                notes.chain(later).collect()
             }
         }
     }
@@ -238,7 +242,7 @@ impl Axis {
                 ..JointPage::default()
             },
             Ok(found) => {
-                let mut page = found.joint.page(&found.motions);
+                let mut page = found.joint.page(&found.trial);
                 page.title = format!("{name}: {}", page.title.to_lowercase());
                 page.warnings.splice(0..0, found.remark.clone());
                 page

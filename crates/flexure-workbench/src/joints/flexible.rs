@@ -1,18 +1,19 @@
 //! A flexible joint.
 
 use anyhow::{Result, bail};
-use flexure::identify::robot_joint::{AxisDrive, Effect, Estimated, Finding, Fitted, FlexibleAxis};
+use flexure::identify::robot_joint::{AxisDrive, Effect, Estimated, Finding, Fitted, FlexibleAxis, NeededTorque};
 use flexure_report::data::JointPage;
 use serde_json::{Value, json};
 
 use super::arm_file::{self, Place, StartedArm};
 use super::curves::{curve_json, curve_record, range_text};
+use super::outcome::Outcome;
 use super::row::Row;
 use super::text::{
-    Outcome, Units, estimate, fitted_json, formula, inertia_json, inertia_text, lack_text, nearness, titled,
-    with_error, write_findings, write_others, write_parameters,
+    Units, estimate, fitted_json, formula, inertia_json, inertia_text, lack_text, nearness, titled, with_error,
+    write_findings, write_later, write_others, write_parameters,
 };
-use super::{Curves, Joint, Log, Motion, page, simulation};
+use super::{Curves, Joint, Log, Motion, Trial, page, simulation};
 use crate::lines::Lines;
 use crate::text::number;
 
@@ -29,13 +30,25 @@ impl Joint for Flexible {
         object
     }
 
-    fn simulate(&self, _: Option<AxisDrive>) -> Result<Vec<Motion>> {
+    fn log(&self) -> &Log {
+        &self.log
+    }
+
+    fn velocities(&self) -> Vec<&[f64]> {
+        vec![&self.axis.link.friction.x]
+    }
+
+    fn needed_torque(&self, log: &Log) -> flexure::Result<Vec<NeededTorque>> {
+        log.needed(|_, motion| self.axis.needed_torque(motion))
+    }
+
+    fn simulate(&self, log: &Log, velocities: &[&[f64]], _: Option<AxisDrive>) -> Result<Vec<Motion>> {
         // An arm file has no gravity, and without it the joint would move differently.
         if !self.axis.link.extras.is_empty() {
             return Ok(Vec::new());
         }
-        let StartedArm { arm, initial } = arm_file::alone(&self.axis, &self.log);
-        Ok(simulation::motions(arm, initial, &self.log, &[&self.axis])?)
+        let StartedArm { arm, initial } = arm_file::alone(&self.axis, log, velocities);
+        Ok(simulation::motions(arm, initial, log, velocities)?)
     }
 
     fn motions_json(&self, motions: &[Motion]) -> (&'static str, Value) {
@@ -49,22 +62,19 @@ impl Joint for Flexible {
         ("replay", json!(motion))
     }
 
-    fn summary(&self, motions: &[Motion]) -> Lines {
+    fn summary(&self, trial: &Trial) -> Lines {
         let (axis, log) = (&self.axis, &self.log);
         let mut lines = Lines::new();
         let inertia = format!("link inertia {}", inertia_text(axis.link.inertia, &Units::of(false)));
-        Outcome::new(motions, [forms(axis)], &axis.link.findings).write_headline(
-            "Flexible joint",
-            &inertia,
-            &mut lines,
-        );
+        Outcome::new(trial, [forms(axis)], &axis.link.findings).write_headline("Flexible joint", &inertia, &mut lines);
         lines.item("log", format!("{} samples of {}", log.samples(), log.name));
-        write_axis(axis, "link inertia", motions.first(), "torque", &mut lines);
+        write_axis(axis, "link inertia", trial.motions.first(), "torque", &mut lines);
+        write_later(trial, log, &Units::of(false), &mut lines);
         lines
     }
 
-    fn page(&self, motions: &[Motion]) -> JointPage {
-        page::flexible(&self.axis, &self.log, motions)
+    fn page(&self, trial: &Trial) -> JointPage {
+        page::flexible(&self.axis, &self.log, trial)
     }
 
     fn arm_file(&self, place: Place) -> Result<String> {
@@ -91,10 +101,10 @@ impl Joint for Flexible {
         self.axis.link.findings.iter().collect()
     }
 
-    fn row(&self, motions: &[Motion]) -> Row {
+    fn row(&self, trial: &Trial) -> Row {
         Row::of_flexible(
             &self.axis,
-            &Outcome::new(motions, [forms(&self.axis)], &self.axis.link.findings),
+            &Outcome::new(trial, [forms(&self.axis)], &self.axis.link.findings),
         )
     }
 }

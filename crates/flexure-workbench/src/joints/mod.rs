@@ -7,7 +7,9 @@ mod arm_file;
 mod axes;
 mod curves;
 mod flexible;
+mod later;
 mod log;
+mod outcome;
 mod page;
 mod rigid;
 mod row;
@@ -18,7 +20,8 @@ mod two_link;
 use anyhow::{Context as _, Result, bail};
 use flexure::Record;
 use flexure::identify::robot_joint::{
-    AxisDrive, Estimated, Extra, Finding, FlexibleJoint, IdentifiedJoint, RigidJoint, TwoLinkArm, TwoLinkLog,
+    AxisDrive, Estimated, Extra, Finding, FlexibleJoint, IdentifiedJoint, NeededTorque, RigidJoint, TwoLinkArm,
+    TwoLinkLog,
 };
 use flexure::text::shown_path;
 use flexure_io::RecordFile;
@@ -33,8 +36,9 @@ use row::Row;
 
 pub use arm_file::{Place, recorded};
 pub use axes::{Axes, Axis, IdentifiedAxis, MOST_AXES};
+pub use later::{Later, LaterLog};
 pub use log::{AxisLog, Log, in_unit};
-pub use simulation::{Fit, Motion};
+pub use simulation::{Fit, Motion, Trial};
 pub(crate) use text::{Constant, constants, estimate, with_error};
 pub use text::{Units, parameter_text};
 pub(crate) use two_link::TwoLink;
@@ -70,31 +74,64 @@ pub trait Joint: Send + Sync {
     /// The results, without simulated motions.
     fn json(&self) -> Value;
 
-    /// The simulated motion of every axis under the recorded torque; none if the simulation fails. A rigid axis is also simulated in a
-    /// position loop, if one is given.
+    /// Its log.
+    fn log(&self) -> &Log;
+
+    /// The velocity of every axis of its log.
+    fn velocities(&self) -> Vec<&[f64]>;
+
+    /// The torque that the motion of each axis of a log needs. The one of an arm's joints leaves out the coupling of its links.
+    ///
+    /// # Errors
+    /// For motions that cannot be used.
+    fn needed_torque(&self, log: &Log) -> flexure::Result<Vec<NeededTorque>>;
+
+    /// The simulated motion of every axis under the torque of a log with these velocities; none if the simulation fails. A rigid axis is
+    /// also simulated in a position loop, if one is given.
     ///
     /// # Errors
     /// For a sample time with which nothing can be simulated.
-    fn simulate(&self, position_loop: Option<AxisDrive>) -> Result<Vec<Motion>>;
+    fn simulate(&self, log: &Log, velocities: &[&[f64]], position_loop: Option<AxisDrive>) -> Result<Vec<Motion>>;
+
+    /// Simulates the motions of its own log, and tries it on another one.
+    ///
+    /// # Errors
+    /// As [`Joint::simulate`]; for another log that cannot be used.
+    fn try_out(&self, position_loop: Option<AxisDrive>, later: Option<LaterLog>) -> Result<Trial> {
+        let motions = self.simulate(self.log(), &self.velocities(), position_loop)?;
+        let later = later.map(|later| Later::new(self, &motions, later)).transpose()?;
+        Ok(Trial { motions, later })
+    }
 
     /// The simulated motions, as a field with its name.
     fn motions_json(&self, motions: &[Motion]) -> (&'static str, Value);
 
     /// A short account, the result first.
-    fn summary(&self, motions: &[Motion]) -> Lines;
+    fn summary(&self, trial: &Trial) -> Lines;
 
     /// The page that shows everything, without the command that makes it again.
-    fn page(&self, motions: &[Motion]) -> JointPage;
+    fn page(&self, trial: &Trial) -> JointPage;
+
+    /// The results, with the simulated motions and what it does on another log.
+    fn tried_json(&self, trial: &Trial) -> Value {
+        let mut object = self.json();
+        let (name, motions) = self.motions_json(&trial.motions);
+        object[name] = motions;
+        if let Some(later) = &trial.later {
+            object["later"] = later.json();
+        }
+        object
+    }
 
     /// The page that shows everything; `command` makes it again, and `python` in Python.
     ///
     /// # Errors
     /// For numbers that cannot be drawn.
-    fn html(&self, motions: &[Motion], command: Option<String>, python: Option<String>) -> Result<String> {
+    fn html(&self, trial: &Trial, command: Option<String>, python: Option<String>) -> Result<String> {
         html(JointPage {
             command,
             python,
-            ..self.page(motions)
+            ..self.page(trial)
         })
     }
 
@@ -114,7 +151,7 @@ pub trait Joint: Send + Sync {
     fn findings(&self) -> Vec<&Finding>;
 
     /// A single joint as a row of a table; for an arm, its shoulder.
-    fn row(&self, motions: &[Motion]) -> Row;
+    fn row(&self, trial: &Trial) -> Row;
 }
 
 /// A page as HTML.

@@ -10,11 +10,10 @@ use flexure_report::data::{
 
 use super::curves::{gaps_caption, with_gaps};
 use super::flexible::{at_motor, forms};
+use super::outcome::Outcome;
 use super::simulation::Fit;
-use super::text::{
-    Constant, Outcome, Units, constants, formula, inertia_text, lack_text, parameter_rows, titled, with_error,
-};
-use super::{Log, Motion};
+use super::text::{Constant, Units, constants, formula, inertia_text, lack_text, parameter_rows, titled, with_error};
+use super::{Log, Motion, Trial};
 use crate::plots::{banded, median};
 use crate::text::{capitalised, decimal, number};
 
@@ -26,7 +25,7 @@ const DISTINGUISHED: f64 = 3.0;
 const NEXT: f64 = 0.2;
 
 /// The page of a rigid axis.
-pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, motions: &[Motion]) -> JointPage {
+pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, trial: &Trial) -> JointPage {
     let best = axis.friction.best();
     let labels = [
         format!("velocity ({}/s)", units.position),
@@ -37,13 +36,13 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, motions: &[Motion]) -> 
     JointPage {
         title: "A rigid axis".to_owned(),
         subtitle: subtitle("Friction and inertia", log),
-        verdict: Some(Outcome::new(motions, [vec![best]], &axis.findings).verdict()),
+        verdict: Some(Outcome::new(trial, [vec![best]], &axis.findings).verdict()),
         facts: vec![
             inertia("Inertia", axis.inertia, units.inertia()),
             Fact::new("Distance of the best form", distance, from),
             samples(log),
         ],
-        warnings: warnings(&axis.findings).collect(),
+        warnings: warnings(&axis.findings).chain(advice(trial)).collect(),
         curves: vec![JointCurve::new(
             "Friction",
             format!(
@@ -55,18 +54,18 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, motions: &[Motion]) -> 
             Scatter::new(&axis.friction.x[..], &axis.friction.partial[..]),
         )],
         tables: axis.friction.by_bic().into_iter().map(|f| table(f, units)).collect(),
-        motions: comparisons(log, 0, &axis.reconstructed, motions, units, ""),
+        motions: comparisons(log, 0, &axis.reconstructed, trial, units, ""),
         ..JointPage::default()
     }
 }
 
 /// The page of a flexible joint.
-pub fn flexible(axis: &FlexibleAxis, log: &Log, motions: &[Motion]) -> JointPage {
+pub fn flexible(axis: &FlexibleAxis, log: &Log, trial: &Trial) -> JointPage {
     let units = Units::of(false);
     JointPage {
         title: "A flexible joint".to_owned(),
         subtitle: subtitle("Friction, stiffness and inertia", log),
-        verdict: Some(Outcome::new(motions, [forms(axis)], &axis.link.findings).verdict()),
+        verdict: Some(Outcome::new(trial, [forms(axis)], &axis.link.findings).verdict()),
         facts: vec![
             inertia("Motor inertia", axis.motor_inertia, "kg m^2"),
             inertia("Link inertia", axis.link.inertia, "kg m^2"),
@@ -76,23 +75,24 @@ pub fn flexible(axis: &FlexibleAxis, log: &Log, motions: &[Motion]) -> JointPage
         .chain(axis.damping.map(|c| inertia("Damping of the joint", c, "N m s/rad")))
         .chain([samples(log)])
         .collect(),
-        warnings: warnings(&axis.link.findings).collect(),
+        warnings: warnings(&axis.link.findings).chain(advice(trial)).collect(),
         curves: joint_curves(axis, ""),
         tables: tables(axis, &units, "").collect(),
-        motions: comparisons(log, 0, &axis.link.reconstructed, motions, &units, ""),
+        motions: comparisons(log, 0, &axis.link.reconstructed, trial, &units, ""),
         ..JointPage::default()
     }
 }
 
 /// The page of a two-link arm.
-pub fn two_link(arm: &TwoLinkArm, log: &Log, motions: &[Motion]) -> JointPage {
+pub fn two_link(arm: &TwoLinkArm, log: &Log, trial: &Trial) -> JointPage {
     let units = Units::of(false);
     let findings = arm.joints.iter().flat_map(|axis| &axis.link.findings);
     let mut page = JointPage {
         title: "A two-link arm".to_owned(),
         subtitle: subtitle("Friction, stiffness and inertia of both joints", log),
-        verdict: Some(Outcome::new(motions, arm.joints.iter().map(forms), findings).verdict()),
+        verdict: Some(Outcome::new(trial, arm.joints.iter().map(forms), findings).verdict()),
         facts: constants(arm).into_iter().map(constant).collect(),
+        warnings: advice(trial).into_iter().collect(),
         ..JointPage::default()
     };
     for (i, axis) in arm.joints.iter().enumerate() {
@@ -104,10 +104,9 @@ pub fn two_link(arm: &TwoLinkArm, log: &Log, motions: &[Motion]) -> JointPage {
         page.curves.extend(joint_curves(axis, &format!(", {name}")));
         page.tables
             .extend(tables(axis, &units, &format!("{}: ", capitalised(&name))));
-        let own = motions.get(i..=i).unwrap_or_default();
         let of = format!(" of {name}");
         page.motions
-            .extend(comparisons(log, i, &axis.link.reconstructed, own, &units, &of));
+            .extend(comparisons(log, i, &axis.link.reconstructed, trial, &units, &of));
     }
     page
 }
@@ -252,6 +251,11 @@ fn warnings(findings: &[Finding]) -> impl Iterator<Item = String> {
     findings.iter().filter(worth).map(ToString::to_string)
 }
 
+/// What to do where the joint does not hold on another log.
+fn advice(trial: &Trial) -> Option<String> {
+    trial.later.as_ref()?.advice()
+}
+
 fn samples(log: &Log) -> Fact {
     let apart = format!("{} s apart", decimal(log.sample_time));
     Fact::new("Samples", log.samples().to_string(), apart)
@@ -298,39 +302,59 @@ fn table(form: &Fitted, units: &Units) -> ParameterTable {
     }
 }
 
-/// The torque of axis `i`, and its simulated motions with the measured ones; `of` is the axis's name in the headings.
-fn comparisons(
+/// The torque of axis `i`, and its simulated motions with the measured ones; then the same on another log. `of` is the axis's name in the
+/// headings.
+fn comparisons(log: &Log, i: usize, reconstructed: &[f64], trial: &Trial, units: &Units, of: &str) -> Vec<Comparison> {
+    let later = trial.later.as_ref();
+    let on_later = later.map(|later| {
+        let torque = later.torque.as_ref().map(|torque| &torque.needed[..]);
+        let on = format!(", on {}", later.log.name);
+        with_motions(&later.log, i, torque, &later.motions, units, [of, &on])
+    });
+    let own = with_motions(log, i, Some(reconstructed), &trial.motions, units, [of, ""]);
+    own.into_iter().chain(on_later.into_iter().flatten()).collect()
+}
+
+/// The torque of axis `i` of a log where it is known, and its simulated motions; `of` and `on` are the axis and the log in the headings.
+fn with_motions(
     log: &Log,
     i: usize,
-    reconstructed: &[f64],
+    torque: Option<&[f64]>,
     motions: &[Motion],
     units: &Units,
-    of: &str,
+    [of, on]: [&str; 2],
 ) -> Vec<Comparison> {
-    let torque = comparison(
-        log,
-        format!(
-            "{}{of}: measured against reconstructed from the motion",
-            capitalised(units.effort)
-        ),
-        format!("{} ({})", units.effort, units.torque),
-        &log.axes[i].torque,
-        ("reconstructed", reconstructed),
-    );
+    let torque = torque.map(|torque| {
+        comparison(
+            log,
+            format!(
+                "{}{of}: measured against reconstructed from the motion{on}",
+                capitalised(units.effort)
+            ),
+            format!("{} ({})", units.effort, units.torque),
+            &log.axes[i].torque,
+            ("reconstructed", torque),
+        )
+    });
     let (quantity, plural) = match of {
         "" => ("position", ""),
         _ => ("angle", "s"),
     };
+    // An arm has one motion an axis, an axis one a drive.
+    let motions = match log.axes.len() {
+        1 => motions,
+        _ => motions.get(i..=i).unwrap_or_default(),
+    };
     let motions = motions.iter().map(|motion| {
         comparison(
             log,
-            format!("Motion{of}: measured against simulated {}{plural}", motion.drive),
+            format!("Motion{of}: measured against simulated {}{plural}{on}", motion.drive),
             format!("{quantity} ({})", units.position),
             &log.axes[i].position,
             ("simulated", &motion.position),
         )
     });
-    [torque].into_iter().chain(motions).collect()
+    torque.into_iter().chain(motions).collect()
 }
 
 fn comparison(

@@ -1,19 +1,22 @@
 //! A rigid axis.
 
 use anyhow::{Result, bail};
-use flexure::identify::robot_joint::{AxisDrive, Estimated, Finding, Fitted, Parameter, Polished, RigidAxis};
+use flexure::identify::robot_joint::{
+    AxisDrive, Estimated, Finding, Fitted, NeededTorque, Parameter, Polished, RigidAxis,
+};
 use flexure_report::data::JointPage;
 use serde_json::{Value, json};
 
 use super::arm_file::{self, Place};
 use super::curves::{curve_json, curve_record, range_text};
+use super::outcome::Outcome;
 use super::row::Row;
 use super::simulation::Fit;
 use super::text::{
-    Outcome, Units, estimate, fitted_json, inertia_json, inertia_text, nearness, with_error, write_findings,
-    write_form, write_others,
+    Units, estimate, fitted_json, inertia_json, inertia_text, nearness, with_error, write_findings, write_form,
+    write_later, write_others,
 };
-use super::{Curves, Joint, Log, Motion, page};
+use super::{Curves, Joint, Log, Motion, Trial, page};
 use crate::lines::{Lines, unbroken};
 use crate::text::number;
 
@@ -44,9 +47,10 @@ impl Rigid {
         polished.map_or(self.axis.friction.best(), |polished| &polished.form)
     }
 
-    fn motion(&self, drive: AxisDrive, name: &'static str) -> Motion {
-        let measured = &self.log.axes[0].position;
-        let start = [measured[0], self.axis.friction.x[0]];
+    /// The simulated motion of a log that starts with this velocity.
+    fn motion(&self, log: &Log, velocity: f64, drive: AxisDrive, name: &'static str) -> Motion {
+        let measured = &log.axes[0].position;
+        let start = [measured[0], velocity];
         let position = self.axis.replay(self.simulated(), drive, start);
         Motion {
             drive: name,
@@ -77,10 +81,23 @@ impl Joint for Rigid {
         })
     }
 
-    fn simulate(&self, position_loop: Option<AxisDrive>) -> Result<Vec<Motion>> {
-        let torque = AxisDrive::Torque(&self.log.axes[0].torque);
-        let mut motions = vec![self.motion(torque, "under the recorded torque")];
-        motions.extend(position_loop.map(|drive| self.motion(drive, "in the position loop")));
+    fn log(&self) -> &Log {
+        &self.log
+    }
+
+    fn velocities(&self) -> Vec<&[f64]> {
+        vec![&self.axis.friction.x]
+    }
+
+    fn needed_torque(&self, log: &Log) -> flexure::Result<Vec<NeededTorque>> {
+        log.needed(|_, motion| self.axis.needed_torque(motion))
+    }
+
+    fn simulate(&self, log: &Log, velocities: &[&[f64]], position_loop: Option<AxisDrive>) -> Result<Vec<Motion>> {
+        let torque = AxisDrive::Torque(&log.axes[0].torque);
+        let motion = |drive, name| self.motion(log, velocities[0][0], drive, name);
+        let mut motions = vec![motion(torque, "under the recorded torque")];
+        motions.extend(position_loop.map(|drive| motion(drive, "in the position loop")));
         Ok(motions)
     }
 
@@ -91,12 +108,12 @@ impl Joint for Rigid {
         ("replays", each.collect())
     }
 
-    fn summary(&self, motions: &[Motion]) -> Lines {
+    fn summary(&self, trial: &Trial) -> Lines {
         let (axis, log, units) = (&self.axis, &self.log, self.units());
         let best = axis.friction.best();
         let inertia = inertia_text(axis.inertia, &units);
         let mut lines = Lines::new();
-        Outcome::new(motions, [vec![best]], &axis.findings).write_headline(
+        Outcome::new(trial, [vec![best]], &axis.findings).write_headline(
             "Rigid axis",
             &format!("inertia {inertia}"),
             &mut lines,
@@ -109,7 +126,7 @@ impl Joint for Rigid {
             let value = with_error(estimate(extra));
             lines.item(&extra.symbol, format!("{value} {}", units.of_curve(extra.unit, true)));
         }
-        for motion in motions {
+        for motion in &trial.motions {
             let near = nearness(motion.fit, units.position);
             lines.item("simulated motion", format!("{}: {near}", motion.drive));
         }
@@ -121,11 +138,12 @@ impl Joint for Rigid {
         let others = axis.friction.by_bic().into_iter().skip(1);
         lines.deeper(|lines| write_others(others, &units, lines));
         write_findings(&axis.findings, &mut lines);
+        write_later(trial, log, &units, &mut lines);
         lines
     }
 
-    fn page(&self, motions: &[Motion]) -> JointPage {
-        page::rigid(&self.axis, &self.units(), &self.log, motions)
+    fn page(&self, trial: &Trial) -> JointPage {
+        page::rigid(&self.axis, &self.units(), &self.log, trial)
     }
 
     fn arm_file(&self, place: Place) -> Result<String> {
@@ -151,10 +169,10 @@ impl Joint for Rigid {
         self.axis.findings.iter().collect()
     }
 
-    fn row(&self, motions: &[Motion]) -> Row {
+    fn row(&self, trial: &Trial) -> Row {
         Row::of_rigid(
             &self.axis,
-            &Outcome::new(motions, [vec![self.axis.friction.best()]], &self.axis.findings),
+            &Outcome::new(trial, [vec![self.axis.friction.best()]], &self.axis.findings),
         )
     }
 }

@@ -5,7 +5,8 @@ use flexure::identify::robot_joint::{
 };
 use serde_json::{Value, json};
 
-use super::text::{Outcome, Units, estimate, with_error};
+use super::outcome::Outcome;
+use super::text::{Units, estimate, with_error};
 
 /// What is known of a quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]

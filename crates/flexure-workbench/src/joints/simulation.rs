@@ -1,9 +1,9 @@
 //! Simulated motions of identified joints, compared with the measured ones.
 
-use flexure::identify::robot_joint::FlexibleAxis;
 use flexure::manipulator::{Arm, ArmParameters, Drive, SimulationOptions, State, simulate};
 
 use super::Log;
+use super::later::Later;
 
 /// The simulated motion of one axis.
 pub struct Motion {
@@ -15,6 +15,14 @@ pub struct Motion {
     pub fit: Fit,
     /// The fit of the link's velocity in percent; not known for a rigid axis.
     pub velocity_fit_percent: f64,
+}
+
+/// An identified joint or arm tried out: simulated, and on another log where there is one.
+pub struct Trial {
+    /// The motions of its own log, simulated.
+    pub motions: Vec<Motion>,
+    /// What it does on another log.
+    pub later: Option<Later>,
 }
 
 /// How near a simulated signal is to the measured one.
@@ -44,16 +52,11 @@ impl Fit {
 }
 
 /// The motion of every joint that the log has, simulated under its torques, held from sample to sample; none where the simulation
-/// fails. If only one joint of an arm moves, the log has one axis, and the other joint gets no torque.
+/// fails. If only one joint of an arm moves, the log has one axis, and the other joint gets no torque. `velocities` are those of the log.
 ///
 /// # Errors
 /// For a sample time with which nothing can be simulated.
-pub fn motions(
-    arm: ArmParameters,
-    initial: State,
-    log: &Log,
-    joints: &[&FlexibleAxis],
-) -> flexure::Result<Vec<Motion>> {
+pub fn motions(arm: ArmParameters, initial: State, log: &Log, velocities: &[&[f64]]) -> flexure::Result<Vec<Motion>> {
     let duration = (log.samples() - 1) as f64 * log.sample_time;
     let options = SimulationOptions {
         initial,
@@ -66,15 +69,15 @@ pub fn motions(
     let Ok(simulated) = Arm::new(arm).and_then(|arm| simulate(&arm, &drive, &options)) else {
         return Ok(Vec::new());
     };
-    let motion = |(i, joint): (usize, &&FlexibleAxis)| {
+    let motion = |(i, measured): (usize, &&[f64])| {
         let position = simulated.column(["q1", "q2"][i])?.to_vec();
         let velocity = simulated.column(["dq1", "dq2"][i])?;
         Ok(Motion {
             drive: "under the recorded torque",
             fit: Fit::new(&log.axes[i].position, &position),
-            velocity_fit_percent: Fit::new(&joint.link.friction.x, velocity).percent,
+            velocity_fit_percent: Fit::new(measured, velocity).percent,
             position,
         })
     };
-    joints.iter().enumerate().map(motion).collect()
+    velocities.iter().enumerate().map(motion).collect()
 }

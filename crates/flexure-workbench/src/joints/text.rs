@@ -3,11 +3,11 @@
 use flexure::Record;
 use flexure::identify::robot_joint::{Estimated, Finding, Fitted, Parameter, REFUTED, TwoLinkArm};
 use flexure::text::{p_value, percent};
-use flexure_report::data::Verdict;
 use serde_json::{Value, json};
 
-use super::simulation::{Fit, Motion};
-use crate::lines::{Lines, Tone, unbroken};
+use super::Log;
+use super::simulation::{Fit, Trial};
+use crate::lines::{Lines, unbroken};
 use crate::text::{capitalised, number};
 
 /// The units of a joint's quantities.
@@ -244,164 +244,10 @@ pub fn fitted_json(form: &Fitted, units: &Units) -> Value {
     })
 }
 
-/// How well an identified joint or arm explains its log.
-pub struct Outcome<'a> {
-    /// What drove its simulated motions, and how near they are, percent; empty where none could be simulated.
-    fits: Vec<(&'static str, f64)>,
-    /// The forms of every joint, the friction last; the friction's test is the test of all of them together.
-    joints: Vec<Vec<&'a Fitted>>,
-    /// Reasons why no result can be trusted yet.
-    doubts: Vec<&'static str>,
-}
-
-/// What is wrong with it, the worst first.
-#[derive(Clone, Copy, PartialEq)]
-enum Fault {
-    RunsAway,
-    NotSimulated,
-    PoorMotion,
-    Doubtful,
-    RefutedForm,
-}
-
-impl<'a> Outcome<'a> {
-    /// From the simulated motions, the forms of every joint (the friction last), and the other findings.
-    pub fn new(
-        motions: &[Motion],
-        joints: impl IntoIterator<Item = Vec<&'a Fitted>>,
-        findings: impl IntoIterator<Item = &'a Finding>,
-    ) -> Self {
-        let mut doubts: Vec<&str> = findings.into_iter().filter_map(Finding::doubt).collect();
-        doubts.dedup();
-        Outcome {
-            doubts,
-            fits: motions.iter().map(|m| (m.drive, m.fit.percent)).collect(),
-            joints: joints.into_iter().collect(),
-        }
-    }
-
-    fn is_refuted(&self) -> bool {
-        self.joints
-            .iter()
-            .filter_map(|forms| forms.last())
-            .any(|form| is_refuted(form))
-    }
-
-    fn fault(&self) -> Option<Fault> {
-        let below = |limit: f64| self.fits.iter().any(|&(_, fit)| !(fit > limit));
-        match self.fits.is_empty() {
-            true => Some(Fault::NotSimulated),
-            false if below(RUN_AWAY) => Some(Fault::RunsAway),
-            false if below(POOR) => Some(Fault::PoorMotion),
-            false if !self.doubts.is_empty() => Some(Fault::Doubtful),
-            false if self.is_refuted() => Some(Fault::RefutedForm),
-            false => None,
-        }
-    }
-
-    /// The same in a word or two, and whether nothing is wrong.
-    pub fn word(&self) -> (&'static str, bool) {
-        let word = match self.fault() {
-            Some(Fault::RunsAway) => "runs away",
-            Some(Fault::NotSimulated) => "not simulated",
-            Some(Fault::PoorMotion) => "poor motion",
-            Some(Fault::Doubtful) => "doubtful",
-            Some(Fault::RefutedForm) => "form refuted",
-            None => "holds",
-        };
-        (word, self.fault().is_none())
-    }
-
-    fn tone(&self) -> Tone {
-        match self.fault() {
-            Some(Fault::RunsAway | Fault::NotSimulated) => Tone::Bad,
-            Some(Fault::PoorMotion | Fault::Doubtful | Fault::RefutedForm) => Tone::Caution,
-            None => Tone::Good,
-        }
-    }
-
-    /// How near its simulated motions are: one of each joint, or of one joint under several drives.
-    fn motion(&self) -> String {
-        match self.fault() {
-            Some(Fault::NotSimulated) => return "it cannot be simulated with what was found".to_owned(),
-            Some(Fault::RunsAway) => return "the simulated motion runs away".to_owned(),
-            _ => {}
-        }
-        let same = self.fits.iter().all(|(drive, _)| *drive == self.fits[0].0);
-        let each = self.fits.iter().map(|(drive, fit)| match same {
-            true => format!("{fit:.2} %"),
-            false => format!("{fit:.2} % {drive}"),
-        });
-        format!(
-            "the simulated motion fits by {}",
-            each.collect::<Vec<_>>().join(" and ")
-        )
-    }
-
-    /// The first line of its text: `what` it is, whether it can be trusted, its `inertia`, and how close its simulated motions are.
-    pub fn write_headline(&self, what: &str, inertia: &str, lines: &mut Lines) {
-        let doubts = match &self.doubts[..] {
-            [] => String::new(),
-            doubts => format!(" not to be trusted, because {}", doubts.join(", and ")),
-        };
-        lines.headline(self.tone(), format!("{what}{doubts}: {inertia}; {}", self.motion()));
-    }
-
-    /// The same content, as the verdict of the page.
-    pub fn verdict(&self) -> Verdict {
-        let fault = self.fault();
-        let has_stiffness = self.joints.iter().any(|forms| forms.len() > 1);
-        let forms = match has_stiffness {
-            true => "the forms of stiffness and friction",
-            false => "the form of the friction",
-        };
-        let headline = match fault {
-            Some(Fault::RunsAway) => "The simulated motion runs away".to_owned(),
-            Some(Fault::NotSimulated) => "No motion can be simulated with what was found".to_owned(),
-            Some(Fault::PoorMotion) => "The simulated motion is far from the measured one".to_owned(),
-            Some(Fault::Doubtful) => "The log does not tell what was found well enough to be trusted".to_owned(),
-            Some(Fault::RefutedForm) => format!("The free curves refute {forms}"),
-            None => format!("Nothing refutes {forms}"),
-        };
-        let motion = match fault {
-            Some(Fault::RunsAway) => {
-                "Inertia and friction as they were found do not explain the measured motion".to_owned()
-            }
-            Some(Fault::NotSimulated) => {
-                "Gravity acts, which no simulated arm has, or no arm has such inertias, stiffness and friction"
-                    .to_owned()
-            }
-            _ => capitalised(&self.motion()),
-        };
-        let usable = matches!(fault, Some(Fault::RefutedForm | Fault::Doubtful | Fault::PoorMotion));
-        let advice = (self.is_refuted() && usable)
-            .then(|| "Where the difference matters, use the curves instead of the forms".to_owned());
-        let of = |(i, forms): (usize, &Vec<&Fitted>)| {
-            let joint = match self.joints.len() {
-                1 => String::new(),
-                _ => format!("Joint {}: ", i + 1),
-            };
-            let titles: Vec<&str> = forms.iter().map(|form| form.form.title()).collect();
-            let lack = forms.last().map_or(String::new(), |form| lack_text(form));
-            capitalised(&format!("{joint}{}: {lack}", titles.join("; ")))
-        };
-        let doubts = self.doubts.iter().map(|doubt| capitalised(doubt));
-        let sentences = doubts.chain([motion]).chain(advice);
-        Verdict {
-            headline,
-            holds: fault.is_none(),
-            text: sentences.map(|sentence| sentence + ".").collect::<Vec<_>>().join(" "),
-            details: self.joints.iter().enumerate().map(of).collect(),
-        }
-    }
-}
-
 /// A fit below this, in percent, means that the simulated motion has run away.
-const RUN_AWAY: f64 = -1000.0;
+pub const RUN_AWAY: f64 = -1000.0;
 /// Probabilities below this seem to refute at a usual level: the level of the test is then named.
 const SMALL: f64 = 0.05;
-/// A fit below this, in percent, is poor: the error is a fifth of the measured motion's spread. Convention.
-const POOR: f64 = 80.0;
 
 /// How near a simulated motion is to the measured one.
 pub fn nearness(fit: Fit, unit: &str) -> String {
@@ -416,6 +262,16 @@ pub fn nearness(fit: Fit, unit: &str) -> String {
 pub fn write_findings(findings: &[Finding], lines: &mut Lines) {
     for finding in findings {
         lines.note(finding);
+    }
+}
+
+/// What it does on another log: how far off it is, and what to do where it does not hold.
+pub fn write_later(trial: &Trial, own: &Log, units: &Units, lines: &mut Lines) {
+    if let Some(later) = &trial.later {
+        lines.item("other log", later.text(own, units));
+        if let Some(advice) = later.advice() {
+            lines.note(format!("{}; {advice}", later.outcome()));
+        }
     }
 }
 

@@ -1,15 +1,16 @@
 //! A two-link arm.
 
 use anyhow::Result;
-use flexure::identify::robot_joint::{AxisDrive, Estimated, Finding, TwoLinkArm};
+use flexure::identify::robot_joint::{AxisDrive, Estimated, Finding, NeededTorque, TwoLinkArm};
 use flexure_report::data::JointPage;
 use serde_json::{Value, json};
 
 use super::arm_file::{self, Place, StartedArm};
 use super::flexible::{axis_json, curves, forms, write_axis};
+use super::outcome::Outcome;
 use super::row::Row;
-use super::text::{Constant, Outcome, constants, with_error};
-use super::{Curves, Joint, Log, Motion, page, simulation};
+use super::text::{Constant, Units, constants, with_error, write_later};
+use super::{Curves, Joint, Log, Motion, Trial, page, simulation};
 use crate::lines::Lines;
 
 /// An identified two-link arm with its log.
@@ -37,12 +38,23 @@ impl Joint for TwoLink {
         })
     }
 
-    fn simulate(&self, _: Option<AxisDrive>) -> Result<Vec<Motion>> {
-        let Ok(StartedArm { arm, initial }) = arm_file::two_link_arm(&self.arm, &self.log, None) else {
+    fn log(&self) -> &Log {
+        &self.log
+    }
+
+    fn velocities(&self) -> Vec<&[f64]> {
+        arm_file::own_velocities(&self.arm)
+    }
+
+    fn needed_torque(&self, log: &Log) -> flexure::Result<Vec<NeededTorque>> {
+        log.needed(|i, motion| self.arm.joints[i].needed_torque(motion))
+    }
+
+    fn simulate(&self, log: &Log, velocities: &[&[f64]], _: Option<AxisDrive>) -> Result<Vec<Motion>> {
+        let Ok(StartedArm { arm, initial }) = arm_file::two_link_arm(&self.arm, log, None, velocities) else {
             return Ok(Vec::new());
         };
-        let [first, second] = &self.arm.joints;
-        Ok(simulation::motions(arm, initial, &self.log, &[first, second])?)
+        Ok(simulation::motions(arm, initial, log, velocities)?)
     }
 
     fn motions_json(&self, motions: &[Motion]) -> (&'static str, Value) {
@@ -57,11 +69,11 @@ impl Joint for TwoLink {
         ("replay", json!(both))
     }
 
-    fn summary(&self, motions: &[Motion]) -> Lines {
+    fn summary(&self, trial: &Trial) -> Lines {
         let log = &self.log;
         let mut lines = Lines::new();
         let elbow = format!("elbow's inertia {} kg m^2", with_error(self.arm.elbow));
-        Outcome::new(motions, self.arm.joints.iter().map(forms), self.findings()).write_headline(
+        Outcome::new(trial, self.arm.joints.iter().map(forms), self.findings()).write_headline(
             "Two-link arm",
             &elbow,
             &mut lines,
@@ -72,13 +84,14 @@ impl Joint for TwoLink {
         }
         for (i, axis) in self.arm.joints.iter().enumerate() {
             lines.sentence(format!("Joint {}", i + 1));
-            lines.deeper(|lines| write_axis(axis, "M at q2 = 0", motions.get(i), "torques", lines));
+            lines.deeper(|lines| write_axis(axis, "M at q2 = 0", trial.motions.get(i), "torques", lines));
         }
+        write_later(trial, log, &Units::of(false), &mut lines);
         lines
     }
 
-    fn page(&self, motions: &[Motion]) -> JointPage {
-        page::two_link(&self.arm, &self.log, motions)
+    fn page(&self, trial: &Trial) -> JointPage {
+        page::two_link(&self.arm, &self.log, trial)
     }
 
     fn arm_file(&self, place: Place) -> Result<String> {
@@ -102,11 +115,11 @@ impl Joint for TwoLink {
         self.arm.joints.iter().flat_map(|axis| &axis.link.findings).collect()
     }
 
-    fn row(&self, motions: &[Motion]) -> Row {
+    fn row(&self, trial: &Trial) -> Row {
         let [shoulder, _] = &self.arm.joints;
         Row::of_flexible(
             shoulder,
-            &Outcome::new(motions, [forms(shoulder)], &shoulder.link.findings),
+            &Outcome::new(trial, [forms(shoulder)], &shoulder.link.findings),
         )
     }
 }

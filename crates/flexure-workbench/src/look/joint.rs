@@ -175,7 +175,7 @@ fn trial(
             ..Settings::default()
         };
         let joint = identify(log, &settings, file, |name, _| format!("--{name}"))?;
-        let motions = joint.simulate(None)?;
+        let motions = joint.try_out(None, None)?.motions;
         anyhow::Ok((joint, motions))
     };
     let (joint, motions) = identified().map_err(|error| {

@@ -16,24 +16,30 @@ use crate::sort;
 /// A column of a log with its name.
 pub(super) type Named<'a> = (&'a str, &'a [f64]);
 
-/// Refuses a log that cannot be used at all; `samples` is its length.
+/// Refuses a log that cannot be used at all, and a level that no band can have; `samples` is its length.
 pub(super) fn log(samples: usize, angles: &[Named], others: &[Named], sample_time: f64, level: f64) -> Result<()> {
+    usable(samples, angles, others, sample_time)?;
+    if !(level > 0.0 && level < 1.0) {
+        let requirement = "strictly between 0 and 1, for example 0.95";
+        return Err(Error::parameter("the level of a confidence band", level, requirement));
+    }
+    Ok(())
+}
+
+/// Refuses a log that cannot be used at all; `samples` is its length.
+pub(super) fn usable(samples: usize, angles: &[Named], others: &[Named], sample_time: f64) -> Result<()> {
     for (name, column) in angles.iter().chain(others) {
-        usable(name, column, samples)?;
+        usable_column(name, column, samples)?;
     }
     if !(sample_time > 0.0 && sample_time.is_finite()) {
         let requirement = "positive and finite, in s";
         return Err(Error::parameter("the sample time", sample_time, requirement));
     }
-    if !(level > 0.0 && level < 1.0) {
-        let requirement = "strictly between 0 and 1, for example 0.95";
-        return Err(Error::parameter("the level of a confidence band", level, requirement));
-    }
     angles.iter().try_for_each(|(name, angle)| unwrapped(name, angle))
 }
 
 /// Refuses a column that cannot be used at all.
-fn usable(name: &str, samples: &[f64], length: usize) -> Result<()> {
+fn usable_column(name: &str, samples: &[f64], length: usize) -> Result<()> {
     if samples.len() != length {
         return Err(Error::length(name, samples.len(), length));
     }

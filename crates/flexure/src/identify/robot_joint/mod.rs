@@ -69,6 +69,7 @@
 //! | `parameters.rs`, `joint_forms.rs` | which parameters the data determine; the forms of all curves together |
 //! | `outcome.rs`, `finding.rs` | the results, with the names of the effects, and what to know before trusting them |
 //! | `replay.rs`, `polish.rs` | the simulated motion of an identified axis; the parameters refined by its error |
+//! | `prediction.rs` | the torque that another motion of the joint needs |
 
 mod basis;
 mod bursts;
@@ -100,6 +101,7 @@ mod normal;
 mod outcome;
 mod parameters;
 mod polish;
+mod prediction;
 mod profile;
 mod replay;
 mod rigid;
@@ -119,6 +121,7 @@ pub use outcome::{
     Effect, Estimated, Fitted, FlexibleAxis, IdentifiedCurve, IdentifiedJoint, JointModel, LackOfFit, Parameter,
     Polished, RigidAxis, StiffJoint,
 };
+pub use prediction::{JointMotion, NeededTorque};
 pub use replay::AxisDrive;
 pub use rigid::{Extra, RigidJoint};
 pub use two_link::{TwoLinkArm, TwoLinkLog};

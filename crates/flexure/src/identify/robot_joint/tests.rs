@@ -9,6 +9,7 @@ use crate::Error;
 use crate::manipulator::{Arm, Drive, JointKind, SimulationOptions, simulate, space_arm};
 
 mod bad_logs;
+mod prediction;
 mod stiff;
 
 const STEP: f64 = 1e-3;

@@ -1,0 +1,239 @@
+//! An identified joint or arm on another log: the torque that the motion there needs, and the simulated motion.
+
+use anyhow::Result;
+use flexure::Error;
+use flexure::identify::robot_joint::{AxisDrive, JointMotion, NeededTorque};
+use flexure::record::check_values;
+use flexure::text::percent;
+use flexure_io::RecordFile;
+use serde_json::{Value, json};
+
+use super::outcome::POOR;
+use super::simulation::Fit;
+use super::text::{Units, nearness};
+use super::{AxisLog, Joint, Log, Motion};
+use crate::text::{decimal, number};
+
+/// The torque holds on another log if its error, as a share of the torque's spread, is at most this many times that on the own log, or at
+/// most this share. Conventions.
+const GROWN: f64 = 1.5;
+const SMALL: f64 = 0.05;
+/// Velocities outside the range of the fitted log are worth a word from this share of the samples on.
+const UNSEEN: f64 = 0.01;
+
+/// Another log of a joint, on which it is tried.
+pub struct LaterLog<'a> {
+    /// The log.
+    pub log: Log,
+    /// Its file, for messages.
+    pub file: &'a RecordFile,
+    /// The controller in whose loop it was made.
+    pub position_loop: Option<AxisDrive<'a>>,
+}
+
+/// What a joint or an arm does on another log.
+pub struct Later {
+    /// The log.
+    pub log: Log,
+    /// The torque of a single joint.
+    pub torque: Option<LaterTorque>,
+    /// The simulated motions.
+    pub motions: Vec<Motion>,
+    /// The fits of the simulated motions of its own log, percent.
+    own_motions: Vec<f64>,
+}
+
+/// The torque that the motion of another log needs by what was found.
+pub struct LaterTorque {
+    /// At every sample.
+    pub needed: Vec<f64>,
+    /// How near it is to the recorded torque, up to the cut-off.
+    pub fit: Fit,
+    /// How near it is on the log of the fit.
+    own: Fit,
+    /// The share of samples at velocities that the log of the fit did not visit.
+    unseen: f64,
+    /// Hz.
+    cut_off: f64,
+}
+
+impl Later {
+    /// Tries `joint`, whose own log is simulated by `own_motions`, on another log.
+    ///
+    /// # Errors
+    /// For samples that cannot be used, with the file and its column's name.
+    pub(super) fn new(joint: &(impl Joint + ?Sized), own_motions: &[Motion], later: LaterLog) -> Result<Later> {
+        let LaterLog {
+            log,
+            file,
+            position_loop,
+        } = later;
+        let checked = log.check_torques().and_then(|()| joint.needed_torque(&log));
+        let rates = checked.map_err(|error| file.locate(log.renamed(error)))?;
+        let velocities: Vec<&[f64]> = rates.iter().map(|needed| &needed.velocity[..]).collect();
+        let motions = joint.simulate(&log, &velocities, position_loop)?;
+        let torque = match (&rates[..], &log.axes[..]) {
+            ([needed], [axis]) => {
+                let own = joint.needed_torque(joint.log())?;
+                Some(LaterTorque {
+                    fit: in_band(axis, needed),
+                    own: in_band(&joint.log().axes[0], &own[0]),
+                    cut_off: needed.cut_off,
+                    needed: needed.torque.clone(),
+                    unseen: needed.unseen,
+                })
+            }
+            _ => None,
+        };
+        Ok(Later {
+            torque,
+            own_motions: own_motions.iter().map(|motion| motion.fit.percent).collect(),
+            motions,
+            log,
+        })
+    }
+
+    /// Whether what was found holds on this log: its torque if that is known, otherwise its motions. A free run sums up small errors of the
+    /// torque, so the motion alone refutes nothing where the torque is known.
+    pub fn holds(&self) -> bool {
+        match &self.torque {
+            Some(torque) => torque.holds(),
+            None => {
+                let mut both = self.motions.iter().zip(&self.own_motions);
+                !self.motions.is_empty() && both.all(|(motion, own)| motion.fit.percent > POOR.min(own - 1.0))
+            }
+        }
+    }
+
+    /// Whether it holds, in a few words.
+    pub fn outcome(&self) -> String {
+        let holds = if self.holds() { "holds" } else { "does not hold" };
+        match &self.torque {
+            Some(torque) => format!(
+                "it {holds} on {}: torque fit {:.1} %",
+                self.log.name, torque.fit.percent
+            ),
+            None => format!("it {holds} on {}", self.log.name),
+        }
+    }
+
+    /// How far off torque and motions are, as text.
+    pub fn text(&self, own: &Log, units: &Units) -> String {
+        let mut parts = vec![format!("{} samples of {}", self.log.samples(), self.log.name)];
+        if let Some(LaterTorque {
+            fit,
+            own: on_own,
+            unseen,
+            cut_off,
+            ..
+        }) = &self.torque
+        {
+            let Units { effort, torque, .. } = units;
+            parts.push(format!(
+                "the {effort} that its motion needs, up to {} Hz, is off by {} {torque} RMS, fit {:.1} % ({} {torque}, {:.1} % on {})",
+                decimal(*cut_off),
+                number(fit.rms),
+                fit.percent,
+                number(on_own.rms),
+                on_own.percent,
+                own.name
+            ));
+            if *unseen > UNSEEN {
+                parts.push(format!(
+                    "{} of its samples move faster than any of {}",
+                    percent(*unseen),
+                    own.name
+                ));
+            }
+        }
+        parts.extend(self.motions.iter().map(|motion| {
+            let near = nearness(motion.fit, units.position);
+            format!("simulated motion {}: {near}", motion.drive)
+        }));
+        parts.join("; ")
+    }
+
+    /// What the user can do where it does not hold.
+    pub fn advice(&self) -> Option<String> {
+        (!self.holds()).then(|| {
+            format!(
+                "friction changes with temperature, load and angle, and a log does not show what it does not visit: identify the joint \
+                 from {} as well and compare the values, or record one log that covers both motions",
+                self.log.name
+            )
+        })
+    }
+
+    /// All of this as JSON.
+    pub fn json(&self) -> Value {
+        let torque = self.torque.as_ref().map(|torque| {
+            json!({
+                "rms": torque.fit.rms,
+                "fit_percent": torque.fit.percent,
+                "cut_off": torque.cut_off,
+                "own_rms": torque.own.rms,
+                "own_fit_percent": torque.own.percent,
+                "unseen": torque.unseen,
+            })
+        });
+        let motions = self
+            .motions
+            .iter()
+            .map(|m| json!({ "drive": m.drive, "rms": m.fit.rms, "fit_percent": m.fit.percent }));
+        json!({
+            "log": self.log.name,
+            "samples": self.log.samples(),
+            "sample_time": self.log.sample_time,
+            "torque": torque,
+            "motions": motions.collect::<Vec<_>>(),
+            "holds": self.holds(),
+        })
+    }
+}
+
+impl LaterTorque {
+    fn holds(&self) -> bool {
+        let [share, own] = [self.fit, self.own].map(|fit| 1.0 - fit.percent / 100.0);
+        share <= (GROWN * own).max(SMALL)
+    }
+}
+
+/// How near the needed torque of an axis is to the recorded one, up to the cut-off of the motion.
+fn in_band(axis: &AxisLog, needed: &NeededTorque) -> Fit {
+    Fit::new(&needed.in_band(&axis.torque), &needed.in_band(&needed.torque))
+}
+
+impl AxisLog {
+    /// The motion, without its torque.
+    pub(super) fn motion(&self, sample_time: f64) -> JointMotion<'_> {
+        JointMotion {
+            position: &self.position,
+            motor: self.motor.as_deref(),
+            velocity: self.velocity.as_deref(),
+            sample_time,
+        }
+    }
+}
+
+impl Log {
+    /// The motions of its axes, each with the torque that it needs by this function.
+    pub(super) fn needed(
+        &self,
+        needed: impl Fn(usize, &JointMotion) -> flexure::Result<NeededTorque>,
+    ) -> flexure::Result<Vec<NeededTorque>> {
+        let axes = self.axes.iter().enumerate();
+        axes.map(|(i, axis)| needed(i, &axis.motion(self.sample_time)))
+            .collect()
+    }
+
+    /// Refuses torques that are not finite, or are not as long as the positions.
+    fn check_torques(&self) -> flexure::Result<()> {
+        for AxisLog { torque, position, .. } in &self.axes {
+            if torque.len() != position.len() {
+                return Err(Error::length("torque", torque.len(), position.len()));
+            }
+            check_values("torque", torque)?;
+        }
+        Ok(())
+    }
+}
