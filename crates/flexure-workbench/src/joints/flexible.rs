@@ -11,7 +11,7 @@ use super::outcome::Outcome;
 use super::row::Row;
 use super::text::{
     Units, estimate, fitted_json, formula, inertia_json, inertia_text, lack_text, nearness, titled, with_error,
-    write_findings, write_later, write_others, write_parameters,
+    write_findings, write_others, write_parameters,
 };
 use super::{Curves, Joint, Log, Motion, Trial, page, simulation};
 use crate::lines::Lines;
@@ -69,7 +69,7 @@ impl Joint for Flexible {
         Outcome::new(trial, [forms(axis)], &axis.link.findings).write_headline("Flexible joint", &inertia, &mut lines);
         lines.item("log", format!("{} samples of {}", log.samples(), log.name));
         write_axis(axis, "link inertia", trial.motions.first(), "torque", &mut lines);
-        write_later(trial, log, &Units::of(false), &mut lines);
+        trial.write_later(log, &Units::of(false), &mut lines);
         lines
     }
 

@@ -8,11 +8,11 @@ use flexure::text::percent;
 use flexure_io::RecordFile;
 use serde_json::{Value, json};
 
-use super::outcome::POOR;
 use super::simulation::Fit;
-use super::text::{Units, nearness};
+use super::text::{POOR, Units, nearness};
 use super::{AxisLog, Joint, Log, Motion};
-use crate::text::{decimal, number};
+use crate::lines::Lines;
+use crate::text::number;
 
 /// The torque holds on another log if its error, as a share of the torque's spread, is at most this many times that on the own log, or at
 /// most this share. Conventions.
@@ -20,6 +20,14 @@ const GROWN: f64 = 1.5;
 const SMALL: f64 = 0.05;
 /// Velocities outside the range of the fitted log are worth a word from this share of the samples on.
 const UNSEEN: f64 = 0.01;
+
+/// An identified joint or arm tried out: simulated, and on another log where there is one.
+pub struct Trial {
+    /// The motions of its own log, simulated.
+    pub motions: Vec<Motion>,
+    /// What it does on another log.
+    pub later: Option<Later>,
+}
 
 /// Another log of a joint, on which it is tried.
 pub struct LaterLog<'a> {
@@ -55,6 +63,18 @@ pub struct LaterTorque {
     unseen: f64,
     /// Hz.
     cut_off: f64,
+}
+
+impl Trial {
+    /// What it does on another log: how far off it is, and what to do where it does not hold.
+    pub(super) fn write_later(&self, own: &Log, units: &Units, lines: &mut Lines) {
+        if let Some(later) = &self.later {
+            lines.item("other log", later.text(own, units));
+            if let Some(advice) = later.advice() {
+                lines.note(format!("{}; {advice}", later.outcome()));
+            }
+        }
+    }
 }
 
 impl Later {
@@ -131,7 +151,7 @@ impl Later {
             let Units { effort, torque, .. } = units;
             parts.push(format!(
                 "the {effort} that its motion needs, up to {} Hz, is off by {} {torque} RMS, fit {:.1} % ({} {torque}, {:.1} % on {})",
-                decimal(*cut_off),
+                number(*cut_off),
                 number(fit.rms),
                 fit.percent,
                 number(on_own.rms),

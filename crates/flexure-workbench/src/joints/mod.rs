@@ -36,9 +36,9 @@ use row::Row;
 
 pub use arm_file::{Place, recorded};
 pub use axes::{Axes, Axis, IdentifiedAxis, MOST_AXES};
-pub use later::{Later, LaterLog};
+pub use later::{Later, LaterLog, Trial};
 pub use log::{AxisLog, Log, in_unit};
-pub use simulation::{Fit, Motion, Trial};
+pub use simulation::{Fit, Motion};
 pub(crate) use text::{Constant, constants, estimate, with_error};
 pub use text::{Units, parameter_text};
 pub(crate) use two_link::TwoLink;

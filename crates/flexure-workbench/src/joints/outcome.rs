@@ -3,14 +3,10 @@
 use flexure::identify::robot_joint::{Finding, Fitted};
 use flexure_report::data::Verdict;
 
-use super::later::Later;
-use super::simulation::Trial;
-use super::text::{RUN_AWAY, is_refuted, lack_text};
+use super::later::{Later, Trial};
+use super::text::{POOR, RUN_AWAY, is_refuted, lack_text};
 use crate::lines::{Lines, Tone};
 use crate::text::capitalised;
-
-/// A fit below this, in percent, is poor: the error is a fifth of the measured motion's spread. Convention.
-pub const POOR: f64 = 80.0;
 
 /// How well an identified joint or arm explains its log.
 pub struct Outcome<'a> {

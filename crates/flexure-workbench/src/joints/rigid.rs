@@ -14,7 +14,7 @@ use super::row::Row;
 use super::simulation::Fit;
 use super::text::{
     Units, estimate, fitted_json, inertia_json, inertia_text, nearness, with_error, write_findings, write_form,
-    write_later, write_others,
+    write_others,
 };
 use super::{Curves, Joint, Log, Motion, Trial, page};
 use crate::lines::{Lines, unbroken};
@@ -138,7 +138,7 @@ impl Joint for Rigid {
         let others = axis.friction.by_bic().into_iter().skip(1);
         lines.deeper(|lines| write_others(others, &units, lines));
         write_findings(&axis.findings, &mut lines);
-        write_later(trial, log, &units, &mut lines);
+        trial.write_later(log, &units, &mut lines);
         lines
     }
 

@@ -3,7 +3,6 @@
 use flexure::manipulator::{Arm, ArmParameters, Drive, SimulationOptions, State, simulate};
 
 use super::Log;
-use super::later::Later;
 
 /// The simulated motion of one axis.
 pub struct Motion {
@@ -15,14 +14,6 @@ pub struct Motion {
     pub fit: Fit,
     /// The fit of the link's velocity in percent; not known for a rigid axis.
     pub velocity_fit_percent: f64,
-}
-
-/// An identified joint or arm tried out: simulated, and on another log where there is one.
-pub struct Trial {
-    /// The motions of its own log, simulated.
-    pub motions: Vec<Motion>,
-    /// What it does on another log.
-    pub later: Option<Later>,
 }
 
 /// How near a simulated signal is to the measured one.

@@ -5,8 +5,7 @@ use flexure::identify::robot_joint::{Estimated, Finding, Fitted, Parameter, REFU
 use flexure::text::{p_value, percent};
 use serde_json::{Value, json};
 
-use super::Log;
-use super::simulation::{Fit, Trial};
+use super::simulation::Fit;
 use crate::lines::{Lines, unbroken};
 use crate::text::{capitalised, number};
 
@@ -246,6 +245,8 @@ pub fn fitted_json(form: &Fitted, units: &Units) -> Value {
 
 /// A fit below this, in percent, means that the simulated motion has run away.
 pub const RUN_AWAY: f64 = -1000.0;
+/// A fit below this, in percent, is poor: the error is a fifth of the measured motion's spread. Convention.
+pub const POOR: f64 = 80.0;
 /// Probabilities below this seem to refute at a usual level: the level of the test is then named.
 const SMALL: f64 = 0.05;
 
@@ -262,16 +263,6 @@ pub fn nearness(fit: Fit, unit: &str) -> String {
 pub fn write_findings(findings: &[Finding], lines: &mut Lines) {
     for finding in findings {
         lines.note(finding);
-    }
-}
-
-/// What it does on another log: how far off it is, and what to do where it does not hold.
-pub fn write_later(trial: &Trial, own: &Log, units: &Units, lines: &mut Lines) {
-    if let Some(later) = &trial.later {
-        lines.item("other log", later.text(own, units));
-        if let Some(advice) = later.advice() {
-            lines.note(format!("{}; {advice}", later.outcome()));
-        }
     }
 }
 

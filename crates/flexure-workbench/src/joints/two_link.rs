@@ -9,7 +9,7 @@ use super::arm_file::{self, Place, StartedArm};
 use super::flexible::{axis_json, curves, forms, write_axis};
 use super::outcome::Outcome;
 use super::row::Row;
-use super::text::{Constant, Units, constants, with_error, write_later};
+use super::text::{Constant, Units, constants, with_error};
 use super::{Curves, Joint, Log, Motion, Trial, page, simulation};
 use crate::lines::Lines;
 
@@ -86,7 +86,7 @@ impl Joint for TwoLink {
             lines.sentence(format!("Joint {}", i + 1));
             lines.deeper(|lines| write_axis(axis, "M at q2 = 0", trial.motions.get(i), "torques", lines));
         }
-        write_later(trial, log, &Units::of(false), &mut lines);
+        trial.write_later(log, &Units::of(false), &mut lines);
         lines
     }
 

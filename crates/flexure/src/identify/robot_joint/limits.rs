@@ -80,6 +80,10 @@ pub const RESOLVED: f64 = 3.0;
 
 /// The highest frequency of the equations of rigid axes as a share of the sampling rate.
 pub const HIGHEST_RIGID: f64 = 0.2;
+/// Samples are slow below this many times the smallest velocity that is resolved, and this share of samples is. The delay of the torque is
+/// estimated without them.
+pub const SLOW: f64 = 3.0;
+pub const SLOW_SHARE: f64 = 0.05;
 /// Fewer samples than this within the mechanical time constant do not separate inertia from friction.
 pub const SAMPLES_A_CONSTANT: f64 = 5.0;
 
@@ -115,8 +119,8 @@ pub const RESOLVED_DEFLECTION: f64 = 1e-3;
 pub const SIGNIFICANT: f64 = 4.0;
 /// An offset below this share of a sample is taken as zero.
 pub const NEGLIGIBLE_OFFSET: f64 = 0.03;
-/// A torque held from sample to sample is late by half a sample, within this share of one.
-pub const HELD_WITHIN: f64 = 0.15;
+/// A torque held from sample to sample is late by half a sample, within this share of one: nearer to it than to none or to a whole one.
+pub const HELD_WITHIN: f64 = 0.25;
 
 /// The most passes with the motor's equation, and with both.
 pub const CLOCK_PASSES_BY_MOTOR: usize = 8;

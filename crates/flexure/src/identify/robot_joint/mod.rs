@@ -104,6 +104,7 @@ mod polish;
 mod prediction;
 mod profile;
 mod replay;
+mod reversals;
 mod rigid;
 mod smooth;
 mod stiff;

@@ -62,26 +62,31 @@ pub struct RigidJoint<'a> {
 }
 
 /// A position-dependent term.
-struct ExtraTerm {
+pub(super) struct ExtraTerm {
     symbol: &'static str,
     unit: [i32; 2],
-    values: Vec<f64>,
+    pub values: Vec<f64>,
 }
 
 /// The transformed log of a rigid axis.
-struct Signals {
-    modulation: Modulation,
-    velocity: Vec<f64>,
-    resolution: f64,
+pub(super) struct Signals {
+    pub modulation: Modulation,
+    pub velocity: Vec<f64>,
+    /// The smallest velocity that the data resolve.
+    pub resolution: f64,
+    /// The sample time, s.
+    pub step: f64,
+    /// The cut-off of smoothing, Hz.
+    pub cut_off: f64,
     torque: Lines,
     acceleration: Lines,
     /// The spectrum of the encoder's noise in the acceleration.
     encoder: Vec<f64>,
-    extras: Vec<ExtraTerm>,
+    pub extras: Vec<ExtraTerm>,
 }
 
 /// The number of the inertia among the factors; those of the position-dependent terms follow.
-const INERTIA: usize = 0;
+pub(super) const INERTIA: usize = 0;
 
 impl RigidJoint<'_> {
     fn check(&self) -> Result<()> {
@@ -173,17 +178,29 @@ impl RigidJoint<'_> {
             resolution: RESOLVED * noise.velocity_sd(step),
             extras: extras.collect(),
             velocity,
+            step,
+            cut_off: noise.cut_off(),
             modulation,
         })
     }
 
     /// The axis; `None` if the equations do not determine it.
     fn axis(&self, mut signals: Signals, noise: &Noise) -> Option<RigidAxis> {
+        let step = self.sample_time;
         let mut weights = signals.weights(noise.band)?;
-        let delay = signals.delay(self.torque, &weights, self.sample_time);
-        let held_delay = delay.filter(|delay| delay.is_hold(self.sample_time));
+        let sharpened = signals.sharpened(self.torque, &weights);
+        if let Some(velocity) = sharpened.filter(|_| self.velocity.is_none()) {
+            signals.velocity = velocity;
+            weights = signals.weights(noise.band)?;
+        }
+        let moving = signals.without_slow(self.torque, &weights);
+        let moving = moving.as_deref().unwrap_or(self.torque);
+        signals.torque = signals.modulation.of(moving);
+        let delay = signals.delay(moving, &signals.weights(noise.band)?, step);
+        let held_delay = delay.filter(|delay| delay.is_hold(step));
+        signals.torque = signals.modulation.of(self.torque);
         if held_delay.is_some() {
-            signals.torque = held(&signals.modulation, self.torque, self.sample_time);
+            signals.torque = held(&signals.modulation, self.torque, step);
             weights = signals.weights(noise.band)?;
         }
         let system = signals.system();
@@ -258,7 +275,7 @@ impl RigidJoint<'_> {
 
 impl Signals {
     /// The equation of the axis.
-    fn system(&self) -> System<'_> {
+    pub fn system(&self) -> System<'_> {
         let extras = self.extras.iter().map(|extra| self.modulation.of(&extra.values));
         let factors = std::iter::once(self.acceleration.clone()).chain(extras);
         System {
@@ -286,7 +303,7 @@ impl Signals {
         system.reweighted(&[splines], vec![low_frequencies(&self.modulation, band)], NOISE_ROUNDS)
     }
 
-    /// The time from a torque's sample to its effect.
+    /// The time from a sample of this torque to its effect.
     fn delay(&self, torque: &[f64], noise: &[Vec<f64>], step: f64) -> Option<ClockOffset> {
         let system = self.system();
         let splines = system.curves[0].tested(&self.modulation);

@@ -179,6 +179,14 @@ impl Reflected {
         x
     }
 
+    /// The integral of the part of the signal that the smoothing with this cut-off removes.
+    pub fn integral_above(&self, cut_off: f64) -> Vec<f64> {
+        self.back(|w| match w > 0.0 {
+            true => Complex::new(0.0, -(1.0 - gain(w, cut_off)) / w),
+            false => Complex::new(0.0, 0.0),
+        })
+    }
+
     /// The signal `ahead` s later: x(t + ahead).
     pub fn shifted(&self, ahead: f64) -> Vec<f64> {
         let mut x = self.back(|w| Complex::new(0.0, w * ahead).exp());
