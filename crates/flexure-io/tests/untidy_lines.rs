@@ -1,0 +1,127 @@
+//! Lines that loggers, spreadsheets and historians leave around and between the samples.
+
+mod common;
+
+use common::{read, refused};
+
+/// Samples of a table with the columns t, u and y, from this number on.
+fn samples(count: usize) -> String {
+    (0..count)
+        .map(|k| format!("{},{},{}\n", 0.01 * k as f64, k % 7, k % 5))
+        .collect()
+}
+
+/// A logger that starts again writes its titles, names and units again, often below a blank line.
+#[test]
+fn a_header_is_repeated_below_blank_lines() {
+    let names = "t,u,y\ns,V,rad\n";
+    let (first, second) = (samples(30), samples(40));
+    let title = "Bench 3,,\nOperator,me\n";
+    for (between, said) in [
+        ("\n", None),
+        ("\n\n\n", None),
+        (",,\n", Some("line 33 stands above a repeated header and is left out")),
+        (
+            "\nBench 3\n",
+            Some("line 34 stands above a repeated header and is left out"),
+        ),
+        (
+            "\nBench 3,,\n\nrate,4\n\n",
+            Some("2 lines stand above a repeated header and are left out, the first of them line 34"),
+        ),
+        // The last sample was not written to its end.
+        (
+            "0.3,1\n\n",
+            Some("line 33 stands above a repeated header and is left out"),
+        ),
+    ] {
+        for blank in ["", "\n"] {
+            let file = read("restart", format!("{names}{first}{between}{names}{blank}{second}"));
+            assert_eq!(file.record.len(), 70, "{between:?}");
+            let u = file.finite("u").unwrap();
+            assert_eq!((u[29], u[30], u[31]), (1.0, 0.0, 1.0));
+            let lines = 33 + between.lines().count();
+            let mut notes = vec![
+                "line 2 has the columns' units".to_owned(),
+                format!("2 lines repeat the header and are left out, the first of them line {lines}"),
+            ];
+            notes.extend(said.map(str::to_owned));
+            assert_eq!(file.notes, notes, "{between:?}");
+        }
+    }
+    // The same titles above the first table.
+    let file = read(
+        "restart_titles",
+        format!("{title}{names}{first}\n{title}{names}{second}"),
+    );
+    assert_eq!((file.record.len(), file.line(30)), (70, Some(40)));
+}
+
+/// What is not above a repeated header is data, or stays refused.
+#[test]
+fn blank_lines_between_samples_stay_refused() {
+    let names = "t,u,y\n";
+    let rows = samples(30);
+    let blank = "line 32: this line is blank but data follow it";
+    for below in [
+        rows.clone(),
+        format!("Bench 3\n{rows}"),
+        format!("0.3,1,1\n{names}{rows}"),
+        format!("Bench 3\n0.3,1,1\n\n{names}{rows}"),
+    ] {
+        let said = refused("blank_between", format!("{names}{rows}\n{below}"));
+        assert!(said.contains(blank), "{below}: {said}");
+    }
+    // A blank line below the second table is not excused by its header.
+    let said = refused("blank_later", format!("{names}{rows}\n{names}{rows}\n{rows}"));
+    assert!(said.contains("line 64: this line is blank"), "{said}");
+    // A text in a column of texts is one of a sample.
+    let events: String = (0..30).map(|k| format!("{k},on,,\n")).collect();
+    let file = read("events", format!("t,event,u,y\n{events}t,event,u,y\n30,off,1,2\n"));
+    assert_eq!(file.record.len(), 31);
+    // Other fields than those of the table, without a header.
+    let said = refused("other_fields", format!("{names}{rows}\nBench 3\nstart,5\n{rows}"));
+    assert!(said.contains("line 34: 2 fields where there are 3 columns"), "{said}");
+}
+
+/// A spreadsheet or historian leaves a row of separators below the samples, or above what it writes below them.
+#[test]
+fn separators_below_the_samples_are_no_sample() {
+    for separator in [",", "\t", ";"] {
+        let table = |rows: String| format!("Date,u,y\n{rows}").replace(',', separator);
+        let stamped: String = (0..30)
+            .map(|k| format!("2025-03-04 09:30:{k:02},{},\n", k % 7))
+            .collect();
+        for (below, said) in [
+            (",,\n", "line 32 stands below the table and is left out"),
+            (",,\nTotal\n", "line 32 stands below the table and is left out"),
+            (
+                ",,\nExported by Historian 7.2,,\n",
+                "lines 32 to 33 stand below the table and are left out",
+            ),
+            (
+                "\n,,\n,,\nExported by Historian 7.2,,\n,,\n",
+                "lines 33 to 36 stand below the table and are left out",
+            ),
+        ] {
+            let file = read("separators", table(format!("{stamped}{below}")));
+            assert_eq!(file.record.len(), 30, "{below:?}");
+            assert_eq!(file.finite("Date").unwrap()[29], 29.0);
+            // A line of nothing but tabs is blank.
+            let is_said = separator == "\t" || file.notes.iter().any(|note| note == said);
+            assert!(is_said, "{below:?}: {:?}", file.notes);
+        }
+    }
+    // Between samples, it is a missing one.
+    let file = read(
+        "separators_between",
+        format!("t,u,y\n{}0.3,,\n,,\n0.32,1,1\n", samples(30)),
+    );
+    assert_eq!(file.record.len(), 33);
+    assert!(file.column("t").unwrap()[31].is_nan());
+    // Without a column of time as well.
+    let file = read("separators_untimed", "u,y\n1,2\n2,3\n3,5\n,\n");
+    assert_eq!(file.record.len(), 3);
+    let file = read("separators_alone", format!("u,y\n{}", ",\n".repeat(30)) + "1,2\n");
+    assert_eq!(file.record.len(), 31);
+}
