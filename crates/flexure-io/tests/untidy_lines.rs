@@ -2,13 +2,47 @@
 
 mod common;
 
-use common::{read, refused};
+use common::{assert_log, read, refused};
 
 /// Samples of a table with the columns t, u and y, from this number on.
 fn samples(count: usize) -> String {
     (0..count)
         .map(|k| format!("{},{},{}\n", 0.01 * k as f64, k % 7, k % 5))
         .collect()
+}
+
+/// A LabVIEW file whose table has a row of units, and lines of one tab above its names.
+#[test]
+fn a_labview_table_with_units_below_its_names() {
+    let head = "LabVIEW Measurement\t\r\nWriter_Version\t2\t\r\nTime_Pref\tRelative\t\r\n";
+    let table = "X_Value\tu\ty\tComment\r\ns\tV\trad/s\t\r\n0.00\t1.5\t1\t\r\n0.01\t2.5\t2\t\r\n0.02\t3.5\t3\t\r\n";
+    for between in [
+        "***End_of_Header***\t\r\n\t\r\n",
+        "***End_of_Header***\t\r\n",
+        "\t\r\n",
+        "",
+    ] {
+        for head in [head, ""] {
+            let file = read("lvm_units", format!("{head}{between}{table}"));
+            assert_log(&file, &["X_Value", "u", "y"]);
+            let units = ["X_Value", "u", "y"].map(|name| file.unit(name));
+            assert_eq!(units, [Some("s"), Some("V"), Some("rad/s")], "{head}{between}");
+        }
+    }
+    // The units may also stand in the heading.
+    let label = "Y_Unit_Label\tVolts\tm\t\r\n***End_of_Header***\t\r\n";
+    let file = read("lvm_both_units", format!("{head}{label}{table}"));
+    assert_eq!([file.unit("u"), file.unit("y")], [Some("V"), Some("rad/s")]);
+    // Without instants, the heading states them.
+    let label = "X0\t0\t0\t\r\nDelta_X\t0.01\t0.01\t\r\n***End_of_Header***\t\r\n";
+    let table = table
+        .replace("0.00\t", "\t")
+        .replace("0.01\t", "\t")
+        .replace("0.02\t", "\t");
+    assert_log(
+        &read("lvm_units_axis", format!("{head}{label}{table}")),
+        &["X_Value", "u", "y"],
+    );
 }
 
 /// A logger that starts again writes its titles, names and units again, often below a blank line.
