@@ -159,3 +159,25 @@ fn separators_below_the_samples_are_no_sample() {
     let file = read("separators_alone", format!("u,y\n{}", ",\n".repeat(30)) + "1,2\n");
     assert_eq!(file.record.len(), 31);
 }
+
+/// A sensor without a value is written as dashes, of any number.
+#[test]
+fn dashes_are_missing_samples() {
+    for dashes in ["-", "--", "---", "----", "-----", "----------"] {
+        let file = read(
+            "dashes",
+            format!("t;u;y\n0,00;1,5;{dashes}\n0,01;2,5;  {dashes} \n0,02;3,5;2,5\n"),
+        );
+        assert_log(&file, &["t", "u", "y"]);
+        let y = file.column("y").unwrap();
+        assert!(y[0].is_nan() && y[1].is_nan() && y[2] == 2.5, "{y:?}");
+    }
+    // A line of dashes alone still divides.
+    let rule = "------------------\n";
+    let rows = samples(30);
+    let file = read("dashes_above", format!("Bench 3\n{rule}{}", rows.replace(',', ";")));
+    assert_eq!(file.record.len(), 30);
+    let file = read("dashes_between", format!("t,u,y\n{rows}{rule}{rows}"));
+    assert_eq!(file.record.len(), 60);
+    assert_eq!(file.notes, ["line 32 is text without a number and is left out"]);
+}
