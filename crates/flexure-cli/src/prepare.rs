@@ -191,8 +191,9 @@ impl Arguments {
         ];
         if let Some((option, _)) = steps.iter().find(|(_, given)| *given && table.instants.is_none()) {
             bail!(
-                "{}: {option} needs the sample time, and there is no column of time; name it by --time, or give --sample-time",
-                table.name
+                "{}: {option} needs the sample time, and there is no column of time; name it by --time, or give --sample-time{}",
+                table.name,
+                file.sample_time_hint()
             );
         }
         Ok(table)

@@ -258,3 +258,28 @@ fn stamps_that_are_not_read_stop_the_look() {
     let looked = folder.run("look words.csv").stdout;
     assert!(looked.contains("every 60 s, 25200 s in all"), "{looked}");
 }
+
+/// A single number is no column of instants, but may be the sample time: messages that ask for it say so.
+#[test]
+fn a_constant_may_be_the_sample_time() {
+    let folder = Folder::new();
+    let fixture = concat!(env!("CARGO_MANIFEST_DIR"), "/../flexure-io/tests/data/untimed.mat");
+    std::fs::copy(fixture, folder.path("log.mat")).unwrap();
+    let looked = folder
+        .run("look log.mat")
+        .stdout
+        .replace("\n                      ", " ");
+    let said = "between two samples; by the constant 'fs' it is 0.125 s: --sample-time 0.125.";
+    assert!(looked.contains(said) && !looked.contains("--time-format"), "{looked}");
+    assert!(
+        next(&looked).starts_with("flexure identify log.mat --input u --output y"),
+        "{looked}"
+    );
+    let refused = folder.run("prepare log.mat --low-pass 1 -o out.csv").stderr;
+    assert!(
+        refused.contains("by the constant 'fs' it is 0.125 s: --sample-time 0.125"),
+        "{refused}"
+    );
+    let timed = folder.run("prepare log.mat --low-pass 1 --sample-time 0.125 -o out.csv");
+    assert_eq!(timed.code, Some(0), "{timed:?}");
+}

@@ -38,7 +38,10 @@ pub fn findings(file: &RecordFile, look: &Look, seconds: f64, sample_time: Optio
     };
     list.clock(look, seconds);
     if look.time.is_none() && sample_time.is_none() {
-        list.note("No column has the sample instants: frequencies are in cycles a sample. --sample-time S says the time between two samples.".to_owned());
+        list.note(format!(
+            "No column has the sample instants: frequencies are in cycles a sample. --sample-time S says the time between two samples{}.",
+            file.sample_time_hint()
+        ));
     }
     for flaw in file.flawed().take(LISTED) {
         list.warn(format!("{}.", capitalised(&flaw)));
