@@ -259,6 +259,54 @@ fn stamps_that_are_not_read_stop_the_look() {
     assert!(looked.contains("every 60 s, 25200 s in all"), "{looked}");
 }
 
+/// A clock that starts again makes two records of a log: sorting would mix them. Rows out of order are to be sorted.
+#[test]
+fn a_log_that_starts_again_has_parts() {
+    let folder = Folder::new();
+    let record = folder.known("r.csv", 700, 9);
+    let (u, y) = (record.column("u").unwrap(), record.column("y").unwrap());
+    let rows = |range: std::ops::Range<usize>, start: usize| -> String {
+        let row = |k: usize| format!("{:.2},{},{}\n", 0.01 * (k - start) as f64, u[k], y[k]);
+        range.map(row).collect()
+    };
+    let names = "t,u,y\n";
+    folder.write(
+        "again.csv",
+        format!("{names}{}\n{names}{}", rows(0..300, 0), rows(300..700, 300)),
+    );
+    let looked = folder
+        .run("look again.csv")
+        .stdout
+        .replace("\n                      ", " ");
+    let said = "'t' starts again at sample 300 (line 304): the log has 2 parts, which sorting by time would mix. flexure prepare, \
+                --cut-samples A:B -o part.csv, takes one of them: 0:300 or 300:700.";
+    assert!(looked.contains(said) && !looked.contains("sort the record"), "{looked}");
+    assert!(looked.contains("The clock starts again within the log"), "{looked}");
+    assert_eq!(
+        next(&looked),
+        "flexure prepare again.csv --cut-samples 300:700 -o again-prepared.csv"
+    );
+    let outcome = typed(&folder, next(&looked));
+    assert_eq!(outcome.code, Some(0), "{outcome:?}");
+    let part = flexure_io::read_record(folder.path("again-prepared.csv")).unwrap();
+    assert_eq!(part.column("y").unwrap(), &y[300..]);
+    let refused = folder.run("prepare again.csv --low-pass 5 -o out.csv").stderr;
+    assert!(refused.contains("--cut-samples :300 or 300: -o part.csv"), "{refused}");
+    // Rows out of order, and parts that were joined in the wrong order.
+    let swapped = [rows(0..300, 0), rows(310..320, 0), rows(300..310, 0), rows(320..700, 0)].concat();
+    for (name, rows) in [
+        ("swapped.csv", swapped),
+        ("joined.csv", rows(300..700, 0) + &rows(0..300, 0)),
+    ] {
+        folder.write(name, format!("{names}{rows}"));
+        let looked = folder.done(&format!("look {name}"));
+        assert!(
+            looked.contains("sort the record by") && !looked.contains("parts"),
+            "{looked}"
+        );
+    }
+}
+
 /// A single number is no column of instants, but may be the sample time: messages that ask for it say so.
 #[test]
 fn a_constant_may_be_the_sample_time() {
