@@ -307,6 +307,57 @@ fn a_log_that_starts_again_has_parts() {
     }
 }
 
+/// A cut counts on the record's own clock. One that cuts nothing off is refused, with the instants that it may mean.
+#[test]
+fn a_cut_on_a_clock_from_1970() {
+    let folder = Folder::new();
+    let row = |k: usize| format!("{},{},{}\n", 1_764_400_000_000_000_000 + 2_000_000 * k, k % 7, k % 5);
+    folder.write(
+        "epoch.csv",
+        format!("stamp,u,y\n{}", (0..2000).map(row).collect::<String>()),
+    );
+    let range = "the record goes from 1764400000 s to 1764400003.998 s";
+    for (cut, said) in [
+        (
+            "0.6:",
+            "error: epoch.csv: the cut keeps all of the record, which goes from 1764400000 s to 1764400003.998 s; 0.6 s after its start is \
+             1764400000.6 s",
+        ),
+        (":2e9", "which goes from 1764400000 s to 1764400003.998 s"),
+        ("0:2e9", "which goes from 1764400000 s to 1764400003.998 s"),
+        (
+            "0.5:1.5",
+            "0.5 s after its start is 1764400000.5 s, 1.5 s after its start is 1764400001.5 s",
+        ),
+        ("0.5:1.5", range),
+        ("50:60", range),
+    ] {
+        let refused = folder.run(&format!("prepare epoch.csv --cut {cut} -o out.csv"));
+        assert!(
+            refused.code == Some(1) && refused.stderr.contains(said),
+            "{cut}: {refused:?}"
+        );
+        assert!(!folder.path("out.csv").exists());
+    }
+    let kept = folder
+        .run("prepare epoch.csv --cut 1764400000.6:1764400001.002 -o out.csv")
+        .stdout;
+    assert!(
+        kept.starts_with("202 of 2,000 samples are kept, from 1764400000.6 s to 1764400001.002 s\n"),
+        "{kept}"
+    );
+    // An end at the record's own end is within it. Of several files, each may be shorter than the cut.
+    folder.write("a.csv", "t,u\n0,1\n1,2\n2,4\n3,1\n");
+    folder.write("b.csv", "t,v\n1,1\n2,2\n");
+    folder.done("prepare a.csv --cut 0: -o out.csv");
+    folder.done("prepare a.csv b.csv --cut 0.5:2.5 -o out.csv");
+    let refused = folder.run("prepare a.csv b.csv --cut :9 -o out.csv").stderr;
+    assert!(
+        refused.contains("the cut keeps all of the record, which goes from 0 s to 3 s\n"),
+        "{refused}"
+    );
+}
+
 /// A single number is no column of instants, but may be the sample time: messages that ask for it say so.
 #[test]
 fn a_constant_may_be_the_sample_time() {
