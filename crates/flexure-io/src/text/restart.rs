@@ -36,8 +36,10 @@ impl Waiting {
             .map_or(0, |i| i + 1);
         let is_short = filled <= PADDED && filled + 1 < columns;
         let is_cut = row.len() + usize::from(layout.may_lack_last) < columns;
-        let begins_with_text = row.iter().next().is_some_and(|field| is_text(field, options));
-        filled == 0 || (is_cut && self.0.is_empty()) || (begins_with_text && (is_short || is_cut || filled > columns))
+        // Most rows are samples: their first field is not read here.
+        let begins_with_text = || row.iter().next().is_some_and(|field| is_text(field, options));
+        let is_odd = is_short || is_cut || filled > columns;
+        filled == 0 || (is_cut && self.0.is_empty()) || (is_odd && begins_with_text())
     }
 
     pub(super) fn add(&mut self, row: Placed) {
