@@ -89,6 +89,12 @@ fn a_header_is_repeated_below_blank_lines() {
         format!("{title}{names}{first}\n{title}{names}{second}"),
     );
     assert_eq!((file.record.len(), file.line(30)), (70, Some(40)));
+    // A first table of a few lines, beside a column of texts.
+    let padded = "Messprotokoll;;;\nBediener;K;;\n\nt;u;y;Status\ns;V;rad;\n";
+    let few = samples(8).replace('\n', ",ok\n").replace(',', ";");
+    let more = second.replace('\n', ",ok\n").replace(',', ";");
+    let file = read("restart_soon", format!("{padded}{few}\n{padded}{more}"));
+    assert_eq!((file.record.len(), file.unit("y")), (48, Some("rad")));
 }
 
 /// What is not above a repeated header is data, or stays refused.

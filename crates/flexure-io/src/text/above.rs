@@ -100,7 +100,8 @@ fn first_table<'a>(rows: &'a [Vec<String>], options: &ReadOptions) -> Option<&'a
     let is_names = |row: &Vec<String>| {
         row.len() > 1 && row.iter().any(is_text) && row.iter().all(|field| field.is_empty() || is_text(field))
     };
-    let is_sample = |row: &Vec<String>, names: &Vec<String>| row.len() == names.len() && !row.iter().any(is_text);
+    let begins_with_text = |row: &Vec<String>| row.iter().find(|field| !field.is_empty()).is_none_or(is_text);
+    let is_sample = |row: &Vec<String>, names: &Vec<String>| row.len() == names.len() && !begins_with_text(row);
     let repeats = (0..rows.len()).filter(|&again| is_names(&rows[again])).find(|&again| {
         let names = rows[..again].iter().position(|row| *row == rows[again]);
         let between = names.map_or(&[][..], |names| &rows[names + 1..again]);
