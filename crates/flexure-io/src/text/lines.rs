@@ -112,8 +112,11 @@ impl<R: BufRead> Lines<R> {
             self.buffer.clear();
             self.buffer.push(b'\n');
         } else {
-            let blank = self.blank.take().filter(|_| self.contents > self.heading);
-            self.gaps.extend(blank.map(|blank| [blank, self.line]));
+            if let Some(blank) = self.blank.take()
+                && self.contents > self.heading
+            {
+                self.gaps.push_back([blank, self.line]);
+            }
             self.contents += 1;
             self.idle = 0;
             if self.spaces {

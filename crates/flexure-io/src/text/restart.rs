@@ -27,19 +27,24 @@ impl Waiting {
     /// which only the beginning was written.
     pub(super) fn is_for(&self, row: &csv::ByteRecord, layout: &Layout, options: &ReadOptions) -> bool {
         let columns = layout.names.len();
+        let is_filled = |field: &[u8]| !content(field).is_empty();
+        // Most rows are samples: of these, one field is read here.
+        if row.len() == columns && row.get(PADDED.min(columns.saturating_sub(1))).is_some_and(is_filled) {
+            return false;
+        }
         if !may_restart(layout) || self.0.len() == MOST {
             return false;
         }
-        let filled = row
-            .iter()
-            .rposition(|field| !content(field).is_empty())
-            .map_or(0, |i| i + 1);
+        let filled = row.iter().rposition(is_filled).map_or(0, |i| i + 1);
         let is_short = filled <= PADDED && filled + 1 < columns;
         let is_cut = row.len() + usize::from(layout.may_lack_last) < columns;
-        // Most rows are samples: their first field is not read here.
-        let begins_with_text = || row.iter().next().is_some_and(|field| is_text(field, options));
         let is_odd = is_short || is_cut || filled > columns;
+        let begins_with_text = || row.iter().next().is_some_and(|field| is_text(field, options));
         filled == 0 || (is_cut && self.0.is_empty()) || (is_odd && begins_with_text())
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.is_empty()
     }
 
     pub(super) fn add(&mut self, row: Placed) {

@@ -91,7 +91,9 @@ impl<'a> Rows<'a> {
             self.waiting.add((row.clone(), line, blank));
             return Ok(());
         }
-        self.take_waiting(layout)?;
+        if !self.waiting.is_empty() {
+            self.take_waiting(layout)?;
+        }
         self.take_sample(row, line, blank, layout)
     }
 
@@ -119,7 +121,7 @@ impl<'a> Rows<'a> {
             Ok(()) => {
                 self.gap = self.gap.or(self.blank.take());
                 self.has_restarted = false;
-                if row.len() > 1 && row.iter().all(|field| content(field).is_empty()) {
+                if row.len() > 1 && row.as_slice().trim_ascii_start().is_empty() {
                     below::note_empty(&mut self.empty, self.samples);
                 }
                 self.lines.note(self.samples, line);
