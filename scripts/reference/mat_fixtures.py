@@ -43,6 +43,14 @@ def save(name, variables, **options):
 save("signals.mat", signals | rest)
 save("signals_compressed.mat", signals | rest, do_compression=True)
 save("unequal.mat", {"u": np.arange(4.0), "y": np.arange(5.0)})
+log = {"t": signals["t"], "u": signals["u"], "Kp": 2.5, "limits": np.arange(3.0), "note": "run 1", "info": {"rig": 3.0}, "none": np.zeros((0, 0))}
+for name, packed in [("structure.mat", False), ("structure_compressed.mat", True)]:
+    save(name, {"log": log, "Ts": 0.125, "date": "2026-11-03"}, do_compression=packed)
+save("structures.mat", {"u": np.arange(6.0), "a": {"u": k + 1.0, "y": k + 2.0, "gain": 1.5}, "b": {"y": k + 3.0, "z": k + 4.0}, "gain": 2.0})
+on = np.random.default_rng(1).integers(-1, 2, 200)
+save("untimed.mat", {"u": on.astype(np.int8), "y": (on + np.roll(on, 1)).astype(np.int8), "fs": 8.0, "date": "2026-11-03"})
+runs = np.zeros((1, 2), dtype=[("u", object)])
+save("structure_array.mat", {"runs": runs, "empty": np.zeros((0, 0), dtype=[("u", object)])})
 save("matrix_only.mat", {"pair": np.arange(4.0).reshape(2, 2), "gain": 2.0})
 
 

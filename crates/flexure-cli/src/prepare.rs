@@ -37,7 +37,7 @@ pub struct Arguments {
     /// Keep these columns and the time: A,B,...
     #[arg(long, help_heading = STEPS, value_name = "COLUMNS")]
     keep: Option<String>,
-    /// Keep the samples from A to B, both included, in s of the record's time; either may be left out.
+    /// Keep the samples from A to B, both included, in s of the record's own clock; either may be left out.
     #[arg(long, help_heading = STEPS, value_name = "A:B", allow_hyphen_values = true, conflicts_with = "cut_samples", value_parser = time_range)]
     cut: Option<[Option<f64>; 2]>,
     /// Keep the samples from number A to the one before B, counted from 0; either may be left out.
@@ -191,8 +191,9 @@ impl Arguments {
         ];
         if let Some((option, _)) = steps.iter().find(|(_, given)| *given && table.instants.is_none()) {
             bail!(
-                "{}: {option} needs the sample time, and there is no column of time; name it by --time, or give --sample-time",
-                table.name
+                "{}: {option} needs the sample time, and there is no column of time; name it by --time, or give --sample-time{}",
+                table.name,
+                file.sample_time_hint()
             );
         }
         Ok(table)

@@ -165,7 +165,7 @@ fn sample_times_that_are_not_uniform() {
         (
             "back.csv",
             [5.0, 4.0, 5.0, 6.0, 7.0],
-            "back.csv, line 3: the sample times do not increase: the step to sample 1 is -1 s; put the samples in order of time, one an instant",
+            "back.csv, line 3: the sample times do not increase: the step to sample 1 is -1 s; if the clock starts again there, the samples before and after are two records: flexure prepare, --cut-samples :1 or 1: -o part.csv, takes one of them; otherwise put the samples in order of time, one an instant",
         ),
         (
             "twice.csv",

@@ -258,3 +258,127 @@ fn stamps_that_are_not_read_stop_the_look() {
     let looked = folder.run("look words.csv").stdout;
     assert!(looked.contains("every 60 s, 25200 s in all"), "{looked}");
 }
+
+/// A clock that starts again makes two records of a log: sorting would mix them. Rows out of order are to be sorted.
+#[test]
+fn a_log_that_starts_again_has_parts() {
+    let folder = Folder::new();
+    let record = folder.known("r.csv", 700, 9);
+    let (u, y) = (record.column("u").unwrap(), record.column("y").unwrap());
+    let rows = |range: std::ops::Range<usize>, start: usize| -> String {
+        let row = |k: usize| format!("{:.2},{},{}\n", 0.01 * (k - start) as f64, u[k], y[k]);
+        range.map(row).collect()
+    };
+    let names = "t,u,y\n";
+    folder.write(
+        "again.csv",
+        format!("{names}{}\n{names}{}", rows(0..300, 0), rows(300..700, 300)),
+    );
+    let looked = folder
+        .run("look again.csv")
+        .stdout
+        .replace("\n                      ", " ");
+    let said = "'t' starts again at sample 300 (line 304): the log has 2 parts, which sorting by time would mix. flexure prepare, \
+                --cut-samples A:B -o part.csv, takes one of them: 0:300 or 300:700.";
+    assert!(looked.contains(said) && !looked.contains("sort the record"), "{looked}");
+    assert!(looked.contains("The clock starts again within the log"), "{looked}");
+    assert_eq!(
+        next(&looked),
+        "flexure prepare again.csv --cut-samples 300:700 -o again-prepared.csv"
+    );
+    let outcome = typed(&folder, next(&looked));
+    assert_eq!(outcome.code, Some(0), "{outcome:?}");
+    let part = flexure_io::read_record(folder.path("again-prepared.csv")).unwrap();
+    assert_eq!(part.column("y").unwrap(), &y[300..]);
+    let refused = folder.run("prepare again.csv --low-pass 5 -o out.csv").stderr;
+    assert!(refused.contains("--cut-samples :300 or 300: -o part.csv"), "{refused}");
+    // Rows out of order, and parts that were joined in the wrong order.
+    let swapped = [rows(0..300, 0), rows(310..320, 0), rows(300..310, 0), rows(320..700, 0)].concat();
+    for (name, rows) in [
+        ("swapped.csv", swapped),
+        ("joined.csv", rows(300..700, 0) + &rows(0..300, 0)),
+    ] {
+        folder.write(name, format!("{names}{rows}"));
+        let looked = folder.done(&format!("look {name}"));
+        assert!(
+            looked.contains("sort the record by") && !looked.contains("parts"),
+            "{looked}"
+        );
+    }
+}
+
+/// A cut counts on the record's own clock. One that cuts nothing off is refused, with the instants that it may mean.
+#[test]
+fn a_cut_on_a_clock_from_1970() {
+    let folder = Folder::new();
+    let row = |k: usize| format!("{},{},{}\n", 1_764_400_000_000_000_000 + 2_000_000 * k, k % 7, k % 5);
+    folder.write(
+        "epoch.csv",
+        format!("stamp,u,y\n{}", (0..2000).map(row).collect::<String>()),
+    );
+    let range = "the record goes from 1764400000 s to 1764400003.998 s";
+    for (cut, said) in [
+        (
+            "0.6:",
+            "error: epoch.csv: the cut keeps all of the record, which goes from 1764400000 s to 1764400003.998 s; 0.6 s after its start is \
+             1764400000.6 s",
+        ),
+        (":2e9", "which goes from 1764400000 s to 1764400003.998 s"),
+        ("0:2e9", "which goes from 1764400000 s to 1764400003.998 s"),
+        (
+            "0.5:1.5",
+            "0.5 s after its start is 1764400000.5 s, 1.5 s after its start is 1764400001.5 s",
+        ),
+        ("0.5:1.5", range),
+        ("50:60", range),
+    ] {
+        let refused = folder.run(&format!("prepare epoch.csv --cut {cut} -o out.csv"));
+        assert!(
+            refused.code == Some(1) && refused.stderr.contains(said),
+            "{cut}: {refused:?}"
+        );
+        assert!(!folder.path("out.csv").exists());
+    }
+    let kept = folder
+        .run("prepare epoch.csv --cut 1764400000.6:1764400001.002 -o out.csv")
+        .stdout;
+    assert!(
+        kept.starts_with("202 of 2,000 samples are kept, from 1764400000.6 s to 1764400001.002 s\n"),
+        "{kept}"
+    );
+    // An end at the record's own end is within it. Of several files, each may be shorter than the cut.
+    folder.write("a.csv", "t,u\n0,1\n1,2\n2,4\n3,1\n");
+    folder.write("b.csv", "t,v\n1,1\n2,2\n");
+    folder.done("prepare a.csv --cut 0: -o out.csv");
+    folder.done("prepare a.csv b.csv --cut 0.5:2.5 -o out.csv");
+    let refused = folder.run("prepare a.csv b.csv --cut :9 -o out.csv").stderr;
+    assert!(
+        refused.contains("the cut keeps all of the record, which goes from 0 s to 3 s\n"),
+        "{refused}"
+    );
+}
+
+/// A single number is no column of instants, but may be the sample time: messages that ask for it say so.
+#[test]
+fn a_constant_may_be_the_sample_time() {
+    let folder = Folder::new();
+    let fixture = concat!(env!("CARGO_MANIFEST_DIR"), "/../flexure-io/tests/data/untimed.mat");
+    std::fs::copy(fixture, folder.path("log.mat")).unwrap();
+    let looked = folder
+        .run("look log.mat")
+        .stdout
+        .replace("\n                      ", " ");
+    let said = "between two samples; by the constant 'fs' it is 0.125 s: --sample-time 0.125.";
+    assert!(looked.contains(said) && !looked.contains("--time-format"), "{looked}");
+    assert!(
+        next(&looked).starts_with("flexure identify log.mat --input u --output y"),
+        "{looked}"
+    );
+    let refused = folder.run("prepare log.mat --low-pass 1 -o out.csv").stderr;
+    assert!(
+        refused.contains("by the constant 'fs' it is 0.125 s: --sample-time 0.125"),
+        "{refused}"
+    );
+    let timed = folder.run("prepare log.mat --low-pass 1 --sample-time 0.125 -o out.csv");
+    assert_eq!(timed.code, Some(0), "{timed:?}");
+}

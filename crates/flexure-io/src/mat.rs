@@ -1,7 +1,11 @@
 //! Records as MATLAB's MAT-file of level 5, plain (`-v6`) or compressed (`-v7`).
 //!
+//! The fields of a structure are read as variables are: many scripts keep a log as one structure.
+//!
 //! Source: MathWorks, "MAT-File Format", chapter 1, level 5. Every length is checked before it is
 //! used: a damaged file is an error, never a panic and never a shorter record.
+
+mod structures;
 
 use std::io::Read;
 use std::path::Path;
@@ -46,6 +50,8 @@ struct Variable {
 enum Content {
     Scalar(f64),
     Vector(Vec<f64>),
+    /// The fields of one structure.
+    Structure(Vec<Variable>),
     /// Not a vector of real numbers: what it is instead.
     Other(String),
 }
@@ -54,9 +60,7 @@ enum Content {
 pub(crate) fn read(budget: &Budget, path: &Path, file: impl Read) -> Result<RecordFile> {
     let bytes = budget.all(file)?;
     let big_endian = byte_order(path, &bytes)?;
-    let mut signals = Vec::new();
-    let mut constants = Vec::new();
-    let mut others = Vec::new();
+    let mut variables = Vec::new();
     let mut cursor = Cursor {
         bytes: &bytes[HEADER..],
         big_endian,
@@ -79,13 +83,16 @@ pub(crate) fn read(budget: &Budget, path: &Path, file: impl Read) -> Result<Reco
             ),
         })?;
         // A variable without a name is MATLAB's workspace of function handles.
-        let Some(Variable { name, content }) = variable.filter(|v| !v.name.is_empty()) else {
-            continue;
-        };
+        variables.extend(variable.filter(|v| !v.name.is_empty()));
+    }
+    let (variables, structures) = structures::opened(variables);
+    let (mut signals, mut constants, mut others) = (Vec::new(), Vec::new(), Vec::new());
+    for Variable { name, content } in variables {
         match content {
             Content::Scalar(value) => constants.push((name, value)),
             Content::Other(what) => others.push(Other::new(name, what)),
             Content::Vector(samples) => signals.push((name, samples)),
+            Content::Structure(_) => {}
         }
     }
     let record = Record::new(signals).map_err(|error| Error::data(path, error))?;
@@ -102,7 +109,7 @@ pub(crate) fn read(budget: &Budget, path: &Path, file: impl Read) -> Result<Reco
         let what = format!("a single number, {value}; a signal is a vector");
         Other::new(name.clone(), what)
     };
-    let notes = left_out(&others, &[]).into_iter().collect();
+    let notes = structures.into_iter().chain(left_out(&others, &[])).collect();
     others.extend(constants.iter().map(scalar));
     Ok(RecordFile {
         notes,
@@ -208,7 +215,7 @@ fn top_level(cursor: &mut Cursor<'_>) -> Parsed<Option<Variable>> {
         big_endian,
         budget,
     };
-    let variable = matrix(array).map(Some).map_err(within);
+    let variable = matrix(array, false).map(Some).map_err(within);
     // The unpacked bytes are freed here.
     budget.give_back(if kind == MI_COMPRESSED { bytes.len() as u64 } else { 0 });
     variable
@@ -250,8 +257,8 @@ fn inflate(data: &[u8], order: &Cursor<'_>) -> Parsed<Vec<u8>> {
     Ok(inflated)
 }
 
-/// An array: flags, dimensions, name, and for numbers the real and imaginary parts.
-fn matrix(mut cursor: Cursor<'_>) -> Parsed<Variable> {
+/// An array: flags, dimensions, name, and for numbers the real and imaginary parts; `is_field` says that a structure has it.
+fn matrix(mut cursor: Cursor<'_>, is_field: bool) -> Parsed<Variable> {
     let (kind, flags) = cursor.element()?;
     let (MI_UINT32, &[f0, f1, f2, f3, ..]) = (kind, flags) else {
         return Err(Fault::Corrupt("array flags of a wrong kind"));
@@ -282,6 +289,13 @@ fn matrix(mut cursor: Cursor<'_>) -> Parsed<Variable> {
     let size = dimensions.iter().map(usize::to_string).collect::<Vec<_>>().join("x");
     let other = match class {
         1 => Some(format!("a cell array ({size})")),
+        2 if count == 1 && !is_field => {
+            let content = Content::Structure(structures::fields(&mut cursor)?);
+            return Ok(Variable { name, content });
+        }
+        2 if is_field => Some(format!(
+            "a structure within a structure ({size}); save its fields as variables"
+        )),
         2 => Some(format!("a structure ({size}); save its fields as variables")),
         3 | 16 => Some("an object or a function".to_owned()),
         4 => Some(format!("text ({size})")),

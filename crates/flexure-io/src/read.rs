@@ -49,14 +49,15 @@ impl ReadOptions {
     ///   first. A column of texts is no signal; the other columns can still be used.
     /// - Instants that count ms, µs or ns from 1970 are recognised by their size. Where instants decrease and never increase, the newest
     ///   sample comes first: the rows are taken from the last to the first.
-    /// - An empty field is a missing sample, which is NaN; so are `nan`, `NA`, `null` and the like. Blank lines may only come last,
-    ///   or between the header and the samples.
+    /// - An empty field is a missing sample, which is NaN; so are `nan`, `NA`, `null` and the like. So are dashes of any number. Blank lines may
+    ///   only come last, between the header and the samples, or above a header that is repeated: a logger that starts again.
     ///
     /// A file that can be read in two ways is refused; the error names the option that decides. [`RecordFile::notes`] says what was
     /// decided.
     ///
     /// A null of a Parquet file is NaN too. The scalars of a MAT file are kept apart as
-    /// [`RecordFile::constants`]; its vectors, rows or columns alike, must have equal lengths.
+    /// [`RecordFile::constants`]; its vectors, rows or columns alike, must have equal lengths. The fields of a structure are read as
+    /// variables; vectors there that are shorter than the signals are left out.
     ///
     /// # Errors
     /// Says what is wrong, in which file, and where: see [`Error`].

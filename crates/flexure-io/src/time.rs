@@ -6,7 +6,7 @@ use flexure::record::SampleClock;
 use crate::error::{Error, Result};
 use crate::record_file::RecordFile;
 use crate::units::{split_unit, unit_at_end};
-use flexure::text::visible;
+use flexure::text::{exact, visible};
 
 /// Names of columns of instants, in lower case: in English, German, French, Spanish, Italian and Portuguese, the Nordic
 /// languages, and Dutch.
@@ -31,6 +31,27 @@ const NAMES: [&str; 20] = [
     "tempo",
     "tid",
     "tijd",
+];
+
+/// Names of constants that are a sample time, in lower case, and of those that are its inverse.
+const STEPS: [&str; 9] = [
+    "ts",
+    "dt",
+    "deltat",
+    "tsample",
+    "tsampling",
+    "sampletime",
+    "samplingtime",
+    "sampleperiod",
+    "samplingperiod",
+];
+const RATES: [&str; 6] = [
+    "fs",
+    "fsample",
+    "samplerate",
+    "samplingrate",
+    "samplefrequency",
+    "samplingfrequency",
 ];
 
 /// The name for a column without a name that counts the rows, as pandas writes its index.
@@ -265,9 +286,33 @@ impl RecordFile {
         found.map_or(name, String::as_str)
     }
 
-    /// A column with the name of instants whose texts are no time stamps that are read.
+    /// A constant of the file that seems to be the sample time by its name, or the sampling frequency, and the sample time that follows, in s.
+    pub fn stated_sample_time(&self) -> Option<(&str, f64)> {
+        let stated = |(name, value): &(String, f64)| {
+            let own = name.rsplit(['/', '.']).next().unwrap_or(name);
+            let (base, unit) = split(own.trim_end_matches("_Hz"));
+            let step = match () {
+                () if STEPS.contains(&base.as_str()) => value * unit.unwrap_or(1.0),
+                () if RATES.contains(&base.as_str()) => 1.0 / value,
+                () => return None,
+            };
+            (step > 0.0 && step.is_finite()).then_some(step)
+        };
+        let mut constants = self.constants.iter();
+        constants.find_map(|constant| Some((constant.0.as_str(), stated(constant)?)))
+    }
+
+    /// The end of a message that asks for the sample time: where a constant may be it, with the option to type.
+    pub fn sample_time_hint(&self) -> String {
+        self.stated_sample_time().map_or_else(String::new, |(name, step)| {
+            let step = exact(step);
+            format!("; by the constant '{name}' it is {step} s: --sample-time {step}")
+        })
+    }
+
+    /// A column of a text with the name of instants whose texts are no time stamps that are read.
     pub fn unread_instants(&self) -> Option<&str> {
-        let mut others = self.others.iter();
+        let mut others = self.others.iter().filter(|_| self.is_text());
         others
             .find(|other| other.is_text() && is_time(&other.name))
             .map(|other| other.name.as_str())

@@ -31,7 +31,7 @@ fn mat_vectors_scalars_and_all_the_rest() {
     for name in ["signals.mat", "signals_compressed.mat"] {
         let file = read_record(fixture(name)).unwrap();
         assert_eq!(file.record.names(), ["t", "u", "counts", "single", "on", "wide"]);
-        assert_eq!(file.constants, [("gain".to_owned(), 35.15)]);
+        assert_eq!(file.constants, [("gain".to_owned(), 35.15), ("mass".to_owned(), 1.0)]);
         assert_eq!(file.finite("t").unwrap(), steps(6, |k| k / 8.0));
         assert!(close(file.finite("u").unwrap(), &steps(6, |k| k.sin() * 1e-3)));
         assert_eq!(file.finite("counts").unwrap(), steps(6, |k| k - 3.0));
@@ -45,7 +45,8 @@ fn mat_vectors_scalars_and_all_the_rest() {
             ),
             ("gain", "a single number, 35.15; a signal is a vector"),
             ("label", "text (1x5)"),
-            ("setup", "a structure (1x1); save its fields as variables"),
+            ("mass", "a single number, 1; a signal is a vector"),
+            ("name", "text (1x3)"),
             ("pair", "a matrix (6x2); save each signal as a vector of its own"),
             ("phasor", "complex (6x1); save its real and imaginary parts apart"),
             ("nothing", "empty (0x0)"),
@@ -62,6 +63,52 @@ fn mat_vectors_scalars_and_all_the_rest() {
             format!("{name}: no column 'y'; the columns are: t, u, counts, single, on, wide")
         );
     }
+}
+
+/// A log is often one structure: its fields are the columns.
+#[test]
+fn mat_structures_are_opened() {
+    for name in ["structure.mat", "structure_compressed.mat"] {
+        let file = read_record(fixture(name)).unwrap();
+        assert_eq!(file.record.names(), ["t", "u"]);
+        assert_eq!(file.finite("t").unwrap(), steps(6, |k| k / 8.0));
+        assert!(close(file.finite("u").unwrap(), &steps(6, |k| k.sin() * 1e-3)));
+        let constants = [("Kp", 2.5), ("Ts", 0.125)].map(|(name, value)| (name.to_owned(), value));
+        assert_eq!(file.constants, constants);
+        assert_eq!(file.notes[0], "the fields of the structure 'log' are read as variables");
+        for (variable, what) in [
+            ("limits", "a vector of 3, where the signals have 6"),
+            ("note", "text (1x5)"),
+            (
+                "info",
+                "a structure within a structure (1x1); save its fields as variables",
+            ),
+            ("none", "empty (0x0)"),
+        ] {
+            assert_eq!(
+                complaint(&file, variable),
+                format!("{name}: '{variable}' cannot serve as a signal: it is {what}")
+            );
+        }
+        // Neither a single number nor a text has the instants.
+        assert_eq!(file.unread_instants(), None);
+        assert_eq!(file.stated_sample_time(), Some(("Ts", 0.125)));
+    }
+    // A name that is there twice has that of the structure in front of it.
+    let file = read_record(fixture("structures.mat")).unwrap();
+    assert_eq!(file.record.names(), ["u", "a.u", "a.y", "b.y", "z"]);
+    assert_eq!(file.finite("b.y").unwrap(), steps(6, |k| k + 3.0));
+    let constants = [("a.gain", 1.5), ("gain", 2.0)].map(|(name, value)| (name.to_owned(), value));
+    assert_eq!(file.constants, constants);
+    assert_eq!(
+        file.notes[0],
+        "the fields of the structures 'a', 'b' are read as variables"
+    );
+    let said = text("structure_array.mat");
+    assert!(
+        said.contains("'runs' is a structure (1x2); save its fields as variables; 'empty' is a structure (0x0)"),
+        "{said}"
+    );
 }
 
 #[test]
@@ -183,7 +230,12 @@ fn variable_ends(mat: &[u8]) -> Vec<usize> {
 #[test]
 fn truncation_at_every_byte_is_an_error_that_says_so() {
     let dir = directory("truncated");
-    for name in ["signals.mat", "signals_compressed.mat", "signals_snappy.parquet"] {
+    for name in [
+        "signals.mat",
+        "signals_compressed.mat",
+        "structure.mat",
+        "signals_snappy.parquet",
+    ] {
         let whole = std::fs::read(fixture(name)).unwrap();
         let ends = if name.ends_with(".mat") {
             variable_ends(&whole)
@@ -227,6 +279,7 @@ fn flipped_bits_never_panic() {
     for name in [
         "signals.mat",
         "signals_compressed.mat",
+        "structure.mat",
         "signals_none.parquet",
         "signals_zstd.parquet",
     ] {

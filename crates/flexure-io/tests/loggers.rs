@@ -228,11 +228,22 @@ fn a_labview_file() {
         said.contains("line 5: 2 fields where there are 3 columns; every line"),
         "{said}"
     );
-    // A second table has instants of its own.
-    let second = "\nChannels\t2\n***End_of_Header***\nX_Value\tu\ty\n0\t1\t2\n";
-    let rows = (0..30).map(|k| format!("{k}\t1\t2\n")).collect::<String>();
-    let said = refused("lvm_twice", format!("{head}\n{rows}{second}"));
-    assert!(said.contains("line 35: 2 fields where there are 3 columns"), "{said}");
+    // The instants that a heading states are not those of a second table.
+    let rows = |x: &dyn Fn(usize) -> String| (0..30).map(|k| format!("{}\t1\t2\n", x(k))).collect::<String>();
+    let second = "Channels\t2\n***End_of_Header***\nX_Value\tu\ty\n\t1\t2\n";
+    let head = "LabVIEW Measurement\t\nX0\t0\t0\nDelta_X\t0.01\t0.01\n***End_of_Header***\t\nX_Value\tu\ty";
+    let said = refused("lvm_twice", format!("{head}\n{}{second}", rows(&|_| String::new())));
+    assert!(said.contains("line 36: 2 fields where there are 3 columns"), "{said}");
+    let second = second.replace("\n\t1", "\n0\t1");
+    let file = read("lvm_again", format!("{head}\n{}\n{second}", rows(&|k| k.to_string())));
+    assert_eq!(file.record.len(), 31);
+    assert_eq!(file.line(30), Some(40));
+    assert!(
+        file.notes
+            .contains(&"2 lines stand above a repeated header and are left out, the first of them line 37".to_owned()),
+        "{:?}",
+        file.notes
+    );
 }
 
 #[test]

@@ -16,10 +16,13 @@ mod simulation;
 use crate::text::{counted, decimal, exact, list, number, short};
 
 /// What to do about a step of time, in s, that is not positive.
-fn in_order(step: f64) -> &'static str {
+fn in_order(sample: usize, step: f64) -> String {
     match step == 0.0 {
-        true => "flexure prepare, --resample S -o prepared.csv, takes the mean of samples at one instant",
-        false => "put the samples in order of time, one an instant",
+        true => "flexure prepare, --resample S -o prepared.csv, takes the mean of samples at one instant".to_owned(),
+        false => format!(
+            "if the clock starts again there, the samples before and after are two records: flexure prepare, --cut-samples :{sample} or \
+             {sample}: -o part.csv, takes one of them; otherwise put the samples in order of time, one an instant"
+        ),
     }
 }
 
@@ -226,7 +229,7 @@ pub enum DataError {
     },
     /// The time column repeats an instant or goes back.
     #[error(
-        "the sample times do not increase: the step to sample {sample} is {step} s; {}", in_order(*.step)
+        "the sample times do not increase: the step to sample {sample} is {step} s; {}", in_order(*.sample, *.step)
     )]
     TimeNotIncreasing {
         /// The sample at the end of the step, from 0.

@@ -200,8 +200,9 @@ impl Columns {
         let used: Vec<&str> = used.chain(&self.velocity).map(String::as_str).collect();
         let Some(sample_time) = arguments.reading.sample_time(file, arguments.sample_time, &used)? else {
             bail!(
-                "{}: no column of sample instants, such as 't', says the sample time; give it by --sample-time, or name the column by --time",
-                shown_path(&file.path)
+                "{}: no column of sample instants, such as 't', says the sample time; give it by --sample-time, or name the column by --time{}",
+                shown_path(&file.path),
+                file.sample_time_hint()
             );
         };
         let constant = arguments.torque_on_link(file)?;

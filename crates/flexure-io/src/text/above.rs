@@ -1,6 +1,6 @@
 //! A table below other lines.
 
-use super::fields::{SEPARATORS, first_lines, rows};
+use super::fields::{SEPARATORS, first_lines, is_drawn, rows};
 use super::header::are_names;
 use super::{columns, numbers};
 use crate::options::ReadOptions;
@@ -10,7 +10,7 @@ pub(super) const SEARCHED_LINES: usize = 100;
 const TABLE_LINES: usize = 3;
 
 /// The most fields with content in a line above a table that is padded to its width.
-const PADDED: usize = 2;
+pub(super) const PADDED: usize = 2;
 
 /// The most lines of a header and units.
 const HEADINGS: usize = 2;
@@ -42,7 +42,8 @@ pub(super) fn table_below(head: &[u8], options: &ReadOptions) -> Option<TableBel
     let candidates = candidates.filter(|separator| given.is_none_or(|given| given == *separator));
     let found = candidates.filter_map(|separator| {
         let rows = rows(&lines, separator);
-        let last = rows.last().filter(|_| rows.len() == lines.len())?;
+        let rows = first_table(&rows, options).filter(|_| rows.len() == lines.len())?;
+        let last = rows.last()?;
         let is_number =
             |field: &String| numbers::readable_number(field, options).is_some() || numbers::has_unit(field, options);
         let numbers: Vec<usize> = (0..last.len()).filter(|&i| is_number(&last[i])).collect();
@@ -70,7 +71,7 @@ pub(super) fn table_below(head: &[u8], options: &ReadOptions) -> Option<TableBel
         let first = others + 1 + samples - headings;
         let above = &rows[..first];
         let has_header = headings > 0 && above.iter().all(|row| filled(row) < last.len());
-        let is_text = |row: &Vec<String>| row.len() == 1 && !is_readable(&row[0]);
+        let is_text = |row: &Vec<String>| row.len() == 1 && (!is_readable(&row[0]) || is_drawn(row[0].as_bytes()));
         let words = |row: &Vec<String>| row[0].split_whitespace().map(str::to_owned).collect::<Vec<_>>();
         let is_below_texts = has_texts
             && headings == 0
@@ -91,6 +92,24 @@ pub(super) fn table_below(head: &[u8], options: &ReadOptions) -> Option<TableBel
     found
         .max_by_key(|(is_divided, width, table)| (table.is_sure, *is_divided, *width))
         .map(|(_, _, table)| table)
+}
+
+/// The rows up to the end of the first table, where its header is repeated: a logger started again. Otherwise all rows.
+fn first_table<'a>(rows: &'a [Vec<String>], options: &ReadOptions) -> Option<&'a [Vec<String>]> {
+    let is_text = |field: &String| !field.is_empty() && !columns::is_readable(field, options);
+    let is_names = |row: &Vec<String>| {
+        row.len() > 1 && row.iter().any(is_text) && row.iter().all(|field| field.is_empty() || is_text(field))
+    };
+    let begins_with_text = |row: &Vec<String>| row.iter().find(|field| !field.is_empty()).is_none_or(is_text);
+    let is_sample = |row: &Vec<String>, names: &Vec<String>| row.len() == names.len() && !begins_with_text(row);
+    let repeats = (0..rows.len()).filter(|&again| is_names(&rows[again])).find(|&again| {
+        let names = rows[..again].iter().position(|row| *row == rows[again]);
+        let between = names.map_or(&[][..], |names| &rows[names + 1..again]);
+        between.iter().filter(|row| is_sample(row, &rows[again])).count() >= TABLE_LINES
+    });
+    let Some(again) = repeats else { return Some(rows) };
+    let end = rows[..again].iter().rposition(|row| is_sample(row, &rows[again]))?;
+    Some(&rows[..=end])
 }
 
 /// Whether a separator can only divide these rows. A comma may be a decimal sign, unless there are decimal points, or an odd number of fields.

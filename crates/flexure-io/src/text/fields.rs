@@ -60,9 +60,13 @@ pub(super) fn text_of(bytes: &[u8]) -> String {
 
 /// Whether a row is a line between header and samples, as tables for reading have it: `|---|:--:|`.
 pub(super) fn is_rule<'a>(row: impl Iterator<Item = &'a [u8]>) -> bool {
-    let is_line = |field: &[u8]| field.len() >= 3 && field.iter().all(|b| b"-=:+".contains(b));
     let fields: Vec<&[u8]> = row.map(content).filter(|field| !field.is_empty()).collect();
-    fields.len() > 1 && fields.into_iter().all(is_line)
+    fields.len() > 1 && fields.into_iter().all(is_drawn)
+}
+
+/// Whether a field is a drawn line, such as `-----`. It may also be a missing sample.
+pub(super) fn is_drawn(field: &[u8]) -> bool {
+    field.len() >= 3 && field.iter().all(|b| b"-=:+".contains(b))
 }
 
 /// Whether a text looks like the name of a variable.

@@ -64,11 +64,18 @@ impl Known {
         })
     }
 
-    /// What the first lines say besides the names.
+    /// Whether a row of units may follow the names, as some programs of LabVIEW write it.
+    pub(super) fn leaves_units_open(&self) -> bool {
+        self.settings.is_some()
+    }
+
+    /// What the first lines say besides the names, and the units below them.
     pub(super) fn complete(&self, layout: &mut Layout, rows: &[Vec<String>], lines: &[Line], options: &ReadOptions) {
+        // The row of units is right where it differs.
+        let has_own = self.settings.is_some() && layout.heading_lines > 1;
         let mut set_units = |units: &[String]| {
             for (own, unit) in layout.units.iter_mut().zip(units).filter(|(_, unit)| !unit.is_empty()) {
-                *own = Some(unit.clone());
+                *own = own.take().filter(|_| has_own).or_else(|| Some(unit.clone()));
             }
         };
         let Some(settings) = &self.settings else {
@@ -87,7 +94,7 @@ impl Known {
         layout.may_lack_last =
             layout.names.len() > 2 && layout.names.last().is_some_and(|name| name == LABVIEW_COMMENT);
         if setting("X_Dimension").is_none_or(|row| row.get(1).is_none_or(|of| of == "Time")) {
-            layout.units[0] = Some(SECOND.to_owned());
+            layout.units[0].get_or_insert(SECOND.to_owned());
             // Of several channels, all have the same.
             let number = |name: &str| {
                 let fields = setting(name)?[1..].iter().filter(|field| !field.is_empty());
@@ -95,7 +102,7 @@ impl Known {
                 let numbers = numbers.filter(|all| all.iter().all(|own| *own == all[0]))?;
                 numbers.first().copied()
             };
-            let is_empty = rows[1..].iter().all(|row| row[0].is_empty());
+            let is_empty = rows[layout.heading_lines..].iter().all(|row| row[0].is_empty());
             if let (true, Some(start), Some(step)) = (is_empty, number("X0"), number("Delta_X")) {
                 let counts = false;
                 layout.set_axis(Axis { start, step, counts });

@@ -179,9 +179,7 @@ impl Layout {
         layout
             .names(&rows, options)
             .map_err(|problem| (first.number, problem))?;
-        if let Some(known) = known {
-            known.complete(&mut layout, &rows, &lines, options);
-        } else if has_units(&rows, options) {
+        if known.as_ref().is_none_or(Known::leaves_units_open) && has_units(&rows, options) {
             layout.heading_lines = 2;
             for (unit, field) in layout.units.iter_mut().zip(&rows[1]) {
                 let is_text = !columns::is_readable(field, options);
@@ -189,6 +187,9 @@ impl Layout {
             }
             layout.note(format!("line {} has the columns' units", lines[1].number));
             layout.take_increment(&rows[1], options);
+        }
+        if let Some(known) = known {
+            known.complete(&mut layout, &rows, &lines, options);
         }
         Ok(Some(layout))
     }

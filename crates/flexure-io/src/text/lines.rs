@@ -1,5 +1,6 @@
 //! The lines of a text file in the form that the table's reader needs.
 
+use std::collections::VecDeque;
 use std::io::{self, BufRead, Read};
 
 use super::LONGEST_LINE;
@@ -11,8 +12,8 @@ const MOST_IDLE: u64 = 10_000_000;
 
 /// Passes lines on with their numbers kept, and empties those that are not part of the table.
 ///
-/// A comment (`#`) or a line before the table becomes an empty line, which the reader of the table counts and passes over.
-/// Columns between spaces become columns between tabs.
+/// A comment (`#`), a line before the table, or a line of spaces and tabs becomes an empty line, which the reader of the table counts and
+/// passes over. Columns between spaces become columns between tabs.
 pub(super) struct Lines<R> {
     input: R,
     /// The lines before the table.
@@ -26,8 +27,8 @@ pub(super) struct Lines<R> {
     contents: usize,
     /// The first blank line since the last line with content.
     blank: Option<u64>,
-    /// The first blank line that content follows.
-    gap: Option<u64>,
+    /// The first blank lines of gaps, each with the line of the content that follows. The reader of the table has yet to ask for them.
+    gaps: VecDeque<[u64; 2]>,
     /// The lines without content since the last one with content.
     idle: u64,
     /// The line at which reading ended, and why.
@@ -46,7 +47,7 @@ impl<R: BufRead> Lines<R> {
             line: 0,
             contents: 0,
             blank: None,
-            gap: None,
+            gaps: VecDeque::new(),
             idle: 0,
             stopped: None,
             buffer: Vec::new(),
@@ -59,9 +60,11 @@ impl<R: BufRead> Lines<R> {
         Lines { heading, ..self }
     }
 
-    /// The first blank line that content follows.
-    pub(super) fn gap(&self) -> Option<u64> {
-        self.gap
+    /// The first blank line directly above this line of content; asked for once, and in order.
+    pub(super) fn gap_above(&mut self, content: u64) -> Option<u64> {
+        let [blank, _] = *self.gaps.front().filter(|[_, below]| *below <= content)?;
+        self.gaps.pop_front();
+        Some(blank)
     }
 
     /// The line at which reading ended, and why.
@@ -106,9 +109,14 @@ impl<R: BufRead> Lines<R> {
             self.buffer.push(b'\n');
         } else if content.is_empty() {
             self.blank.get_or_insert(self.line);
+            self.buffer.clear();
+            self.buffer.push(b'\n');
         } else {
-            let blank = self.blank.take();
-            self.gap = self.gap.or(blank.filter(|_| self.contents > self.heading));
+            if let Some(blank) = self.blank.take()
+                && self.contents > self.heading
+            {
+                self.gaps.push_back([blank, self.line]);
+            }
             self.contents += 1;
             self.idle = 0;
             if self.spaces {

@@ -12,6 +12,7 @@ mod known;
 mod layout;
 mod lines;
 mod numbers;
+mod restart;
 mod rows;
 mod stamps;
 
@@ -94,13 +95,15 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
     while rows.read_byte_record(&mut row).map_err(|error| fail(error.into()))? {
         budget.numbers(layout.names.len(), "the table")?;
         // Counted back from the end of the row, since empty lines may precede it.
-        table.take(&row, rows.position().line() - 1, &layout).map_err(at)?;
+        let line = rows.position().line() - 1;
+        let blank = rows.get_mut().gap_above(line);
+        table.take(&row, line, blank, &layout).map_err(at)?;
     }
     if let Some(stopped) = rows.get_ref().stopped() {
         return Err(at(stopped));
     }
     let last_line = rows.position().line() - 1;
-    let left_out = table.end(last_line, rows.get_ref().gap()).map_err(at)?;
+    let left_out = table.end(last_line, &layout).map_err(at)?;
     layout.notes.extend(left_out);
     let decimals = table.numbers.conclude().map_err(at)?;
     if table.samples == 0 {

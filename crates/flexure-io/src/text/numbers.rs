@@ -3,10 +3,10 @@
 use crate::error::LineProblem;
 use crate::options::{Decimal, ReadOptions};
 
-/// Texts that mean a missing sample, in addition to an empty field, as pandas, R and spreadsheets write them.
-pub(super) const MISSING: [&str; 23] = [
-    "nan", "NaN", "NAN", "-nan", "-NaN", "NA", "<NA>", "NaT", "N/A", "n/a", "null", "NULL", "None", "-", "--", "---",
-    "#N/A", "#NV", "#DIV/0!", "#VALUE!", "#NUM!", "1.#QNAN", "-1.#IND",
+/// Texts that mean a missing sample, as pandas, R and spreadsheets write them. So do an empty field, and one of dashes.
+pub(super) const MISSING: [&str; 20] = [
+    "nan", "NaN", "NAN", "-nan", "-NaN", "NA", "<NA>", "NaT", "N/A", "n/a", "null", "NULL", "None", "#N/A", "#NV",
+    "#DIV/0!", "#VALUE!", "#NUM!", "1.#QNAN", "-1.#IND",
 ];
 
 /// Reads numbers, and notices which decimal sign they have.
@@ -165,7 +165,8 @@ fn groups_thousands(field: &str) -> bool {
 /// Whether `field` stands for a sample that is missing.
 pub(super) fn is_missing(field: &str, options: &ReadOptions) -> bool {
     let is = |text: &String| text == field || number(text).is_some_and(|value| number(field) == Some(value));
-    field.is_empty() || MISSING.contains(&field) || options.missing_texts.iter().any(is)
+    // Nothing but dashes, of any number, or no character at all.
+    field.bytes().all(|b| b == b'-') || MISSING.contains(&field) || options.missing_texts.iter().any(is)
 }
 
 /// The number in `field`, with either decimal sign.

@@ -4,7 +4,7 @@ use flexure::look::{Clock, Column, ColumnRelation, Look, Relation, Stop};
 use flexure::text::{capitalised, counted, number, short};
 use flexure_io::RecordFile;
 
-use super::preparations::even_behind_stamps;
+use super::preparations::{even_behind_stamps, parts};
 use crate::text::quoted;
 
 /// Samples that a sentence lists.
@@ -38,7 +38,10 @@ pub fn findings(file: &RecordFile, look: &Look, seconds: f64, sample_time: Optio
     };
     list.clock(look, seconds);
     if look.time.is_none() && sample_time.is_none() {
-        list.note("No column has the sample instants: frequencies are in cycles a sample. --sample-time S says the time between two samples.".to_owned());
+        list.note(format!(
+            "No column has the sample instants: frequencies are in cycles a sample. --sample-time S says the time between two samples{}.",
+            file.sample_time_hint()
+        ));
     }
     for flaw in file.flawed().take(LISTED) {
         list.warn(format!("{}.", capitalised(&flaw)));
@@ -111,7 +114,23 @@ impl List<'_> {
             ));
             return;
         }
-        if !clock.backwards.is_empty() {
+        let parts = parts(look, self.file, clock);
+        if let [_, later @ ..] = &parts[..]
+            && !later.is_empty()
+        {
+            let starts: Vec<usize> = later.iter().map(|part| part.start).collect();
+            let ranges = parts
+                .iter()
+                .take(LISTED)
+                .map(|part| format!("{}:{}", part.start, part.end));
+            self.warn(format!(
+                "'{name}' starts again at {}: the log has {} parts, which sorting by time would mix. flexure prepare, --cut-samples A:B -o part.csv, takes one of them: {}{}.",
+                self.places(&starts),
+                parts.len(),
+                ranges.collect::<Vec<_>>().join(" or "),
+                more(parts.len(), LISTED)
+            ));
+        } else if !clock.backwards.is_empty() {
             let places = self.places(&clock.backwards);
             self.warn(format!(
                 "'{name}' does not increase at {places}: sort the record by time, and remove what is there twice."

@@ -222,6 +222,8 @@ struct Command<'a> {
     extra: Option<Extra>,
     notes: Vec<String>,
     given: Option<f64>,
+    /// A constant that seems to be the sample time, and that.
+    stated: Option<(&'a str, f64)>,
     /// The torques of the other joints.
     others: Vec<String>,
     /// Whether the torque's column is a current, by its unit.
@@ -257,6 +259,7 @@ impl<'a> Command<'a> {
             extra: None,
             notes: Vec::new(),
             given: request.sample_time,
+            stated: file.stated_sample_time(),
             others: Vec::new(),
             is_current: file.unit(first.torque) == Some("A"),
         };
@@ -313,10 +316,15 @@ impl<'a> Command<'a> {
 
     /// The command with its reasons.
     fn suggestion(mut self, look: &Look, joint: Joint, sample_time: Option<f64>) -> Suggestion {
-        if let Some(step) = self.given {
+        let stated = self.stated.filter(|_| sample_time.is_none());
+        if let Some(step) = self.given.or(stated.map(|(_, step)| step)) {
             self.options.extend(["--sample-time".to_owned(), exact(step)]);
         }
-        if sample_time.is_none() {
+        if let Some((name, _)) = stated {
+            self.notes.push(format!(
+                "The record has no column of instants. By its name, the constant '{name}' says the sample time."
+            ));
+        } else if sample_time.is_none() {
             self.notes.push(
                 "The record has no column of instants, and a joint needs the sample time: add --sample-time S, in s."
                     .to_owned(),

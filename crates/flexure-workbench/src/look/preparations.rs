@@ -82,6 +82,9 @@ pub(super) fn even_spacing(
     options.extend(resampling.iter().map(String::as_str));
     options.extend(["-o", "prepared.csv"]);
     let why = match clock.jitter > Clock::UNIFORM || !clock.backwards.is_empty() {
+        _ if !parts(look, file, clock).is_empty() => {
+            "The clock starts again within the log, and every identification needs one part of it."
+        }
         true if !clock.backwards.is_empty() && !cuts => {
             "Rows are there twice, and every identification needs evenly spaced samples."
         }
@@ -109,6 +112,33 @@ pub(super) fn even_spacing(
         false => {}
     }
     suggestion
+}
+
+/// A clock that goes back by more steps than this may have started again. As many samples have instants of others then. Convention: fewer are
+/// rows out of order.
+const FEWEST_AGAIN: usize = 20;
+
+/// The parts of a log whose clock starts again: sorting would mix them, since instants of one are also those of another. Empty where rows are
+/// only out of order.
+pub(super) fn parts(look: &Look, file: &RecordFile, clock: &Clock) -> Vec<Range<usize>> {
+    let t = look.time.and_then(|i| file.record.column(&look.columns[i].name).ok());
+    let t = t.unwrap_or_default();
+    let goes_back = |&i: &usize| {
+        let before = t[..i].iter().rev().find(|t| t.is_finite());
+        before.is_some_and(|before| before - t[i] > FEWEST_AGAIN as f64 * clock.step)
+    };
+    let starts: Vec<usize> = clock.backwards.iter().copied().filter(goes_back).collect();
+    if starts.is_empty() {
+        return Vec::new();
+    }
+    let mut sorted: Vec<f64> = t.iter().copied().filter(|t| t.is_finite()).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let again = sorted.windows(2).filter(|w| w[1] - w[0] < 0.5 * clock.step).count();
+    if again < FEWEST_AGAIN {
+        return Vec::new();
+    }
+    let breaks: Vec<usize> = [0].into_iter().chain(starts).chain([t.len()]).collect();
+    breaks.windows(2).map(|w| w[0]..w[1]).collect()
 }
 
 /// The longest part without a gap and without a step back in time.

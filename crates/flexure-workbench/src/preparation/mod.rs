@@ -147,6 +147,9 @@ impl Preparation {
             steps::keep(table, &self.keep, &mut done);
         }
         tables.retain(|table| !table.columns.is_empty());
+        if let Some(cut) = self.cut {
+            steps::check_cut(&tables, cut).with_context(|| names(&tables))?;
+        }
         let computes = tables.len() > 1 || self.computes();
         for table in &mut tables {
             let name = table.name.clone();

@@ -53,6 +53,48 @@ pub(super) fn keep(table: &mut Table, columns: &Columns, done: &mut Vec<Done>) {
     say(done, "keep", text);
 }
 
+/// Whether a cut by time leaves a table as it is, since no end that is given lies within.
+fn cuts_nothing(table: &Table, cut: Cut) -> bool {
+    let (Cut::Time([from, to]), Ok(step), Some(t)) = (cut, table.step(""), &table.instants) else {
+        return false;
+    };
+    let [Some(first), Some(last)] = [t.first(), t.last()] else {
+        return false;
+    };
+    let near = ROUNDING * step;
+    let is_given = from.is_some() || to.is_some();
+    is_given && from.is_none_or(|from| from < first - near) && to.is_none_or(|to| to > last + near)
+}
+
+/// Refuses a cut by time that leaves all tables as they are: its instants are not those of the record.
+pub(super) fn check_cut(tables: &[Table], cut: Cut) -> Result<()> {
+    match tables.first() {
+        Some(table) if tables.iter().all(|table| cuts_nothing(table, cut)) => bail!(
+            "the cut keeps all of the record, which goes from {} to {}{}",
+            table.place(0),
+            table.place(table.len() - 1),
+            from_start(table, cut)
+        ),
+        _ => Ok(()),
+    }
+}
+
+/// The end of a message on a cut whose instants may count from the start of the record: what they then are on its own clock.
+fn from_start(table: &Table, cut: Cut) -> String {
+    let (Cut::Time(ends), Some([first, .., last])) = (cut, table.instants.as_deref()) else {
+        return String::new();
+    };
+    let is_within = |end: f64| (0.0..=last - first).contains(&end);
+    let given = || ends.into_iter().flatten();
+    if given().count() == 0 || !given().all(is_within) {
+        return String::new();
+    }
+    let places: Vec<String> = given()
+        .map(|end| format!("{} s after its start is {}", decimal(end), table.instant(first + end)))
+        .collect();
+    format!("; {}", places.join(", "))
+}
+
 pub(super) fn cut(table: &mut Table, cut: Cut, done: &mut Vec<Done>) -> Result<()> {
     let before = table.len();
     let last = before.saturating_sub(1);
@@ -67,9 +109,10 @@ pub(super) fn cut(table: &mut Table, cut: Cut, done: &mut Vec<Done>) -> Result<(
     };
     if range.is_empty() {
         bail!(
-            "nothing is left after the cut; the record goes from {} to {}",
+            "nothing is left after the cut; the record goes from {} to {}{}",
             table.place(0),
-            table.place(last)
+            table.place(last),
+            from_start(table, cut)
         );
     }
     let text = format!(

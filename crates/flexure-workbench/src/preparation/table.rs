@@ -119,9 +119,31 @@ impl Table {
     /// Where a sample is, for reading: its instant, or its number.
     pub(super) fn place(&self, sample: usize) -> String {
         match &self.instants {
-            Some(instants) => format!("{} s", decimal(instants[sample])),
+            Some(instants) => self.instant(instants[sample]),
             None => format!("sample {}", grouped(sample)),
         }
+    }
+
+    /// An instant for reading, with as many digits as tell it from its neighbours: seconds from 1970 need more than others.
+    pub(super) fn instant(&self, instant: f64) -> String {
+        let ends = self.instants.as_ref().and_then(|t| Some([*t.first()?, *t.last()?]));
+        let [first, last] = ends.unwrap_or_default();
+        let step = ((last - first) / self.len().max(2) as f64).abs();
+        let text = decimal(instant);
+        if text
+            .parse()
+            .is_ok_and(|short: f64| (short - instant).abs() <= 0.1 * step)
+            || !(step > 0.0)
+        {
+            return format!("{text} s");
+        }
+        let decimals = (1.0 - step.log10()).ceil().clamp(0.0, 9.0) as usize;
+        let text = format!("{instant:.decimals$}");
+        let text = match text.contains('.') {
+            true => text.trim_end_matches('0').trim_end_matches('.'),
+            false => &text,
+        };
+        format!("{text} s")
     }
 
     /// The columns as a record, the instants first as column `t`, and their units.
