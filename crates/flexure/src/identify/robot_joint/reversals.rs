@@ -6,13 +6,15 @@
 //! $\ddot q = (\tau - f(\dot q) - \ldots) / M$, integrated above the cut-off.
 //!
 //! An axis that sticks has no velocity, but a friction that follows the torque. No function of velocity describes that, and a delay of the torque
-//! imitates it: six of eight simulated axes with a held torque seemed to have a delay of two samples and more. So the delay is estimated while
+//! imitates it: eight of eight simulated axes with a held torque seemed to have a delay of two samples. So the delay is estimated while
 //! slow samples tell nothing: their torque is replaced by what the equation of motion says.
 
+use super::clock_offset::ClockOffset;
 use super::division::RIGID_FRICTION;
 use super::limits::{LARGEST_ERROR, SLOW, SLOW_SHARE};
 use super::rigid::{INERTIA, Signals};
 use super::smooth::Reflected;
+use super::system::System;
 use crate::sort;
 
 /// What a solution says of the equation of motion at every sample.
@@ -20,6 +22,14 @@ struct Balance {
     inertia: f64,
     /// The friction and the position-dependent torques.
     others: Vec<f64>,
+}
+
+/// A torque that is held from sample to sample.
+pub(super) struct Hold {
+    /// The delay that was estimated, s.
+    pub delay: f64,
+    /// Whether all samples agree.
+    pub is_sure: bool,
 }
 
 impl Signals {
@@ -47,13 +57,24 @@ impl Signals {
     pub fn sharpened(&self, torque: &[f64], weights: &[Vec<f64>]) -> Option<Vec<f64>> {
         let Balance { inertia, others } = self.balance(weights)?;
         let both = torque.iter().zip(&others);
-        let acceleration: Vec<f64> = both.map(|(torque, others)| (torque - others) / inertia).collect();
+        let mut acceleration: Vec<f64> = both.map(|(torque, others)| (torque - others) / inertia).collect();
+        // An axis at rest does not accelerate, whatever the torque that its friction holds.
+        let long = 1.0 / (self.cut_off * self.step);
+        let rests = |v: &f64| v.abs() < self.resolution;
+        let mut start = 0;
+        for run in self.velocity.chunk_by(|a, b| rests(a) == rests(b)) {
+            let end = start + run.len();
+            if rests(&run[0]) && run.len() as f64 > long {
+                acceleration[start..end].fill(0.0);
+            }
+            start = end;
+        }
         let fast = Reflected::new(&acceleration, self.step).integral_above(self.cut_off);
         Some(self.velocity.iter().zip(&fast).map(|(v, fast)| v + fast).collect())
     }
 
     /// The torque with what the equation of motion says in place of slow samples; `None` if the inertia is not determined.
-    pub fn without_slow(&self, torque: &[f64], weights: &[Vec<f64>]) -> Option<Vec<f64>> {
+    fn without_slow(&self, torque: &[f64], weights: &[Vec<f64>]) -> Option<Vec<f64>> {
         let Balance { inertia, others } = self.balance(weights)?;
         let acceleration = Reflected::new(&self.velocity, self.step).velocity(self.cut_off);
         let speeds: Vec<f64> = self.velocity.iter().map(|v| v.abs()).collect();
@@ -63,5 +84,32 @@ impl Signals {
             false => torque[i],
         };
         Some((0..speeds.len()).map(at).collect())
+    }
+
+    /// Whether the torque is held from sample to sample, as all but slow samples say.
+    pub fn hold(&self, torque: &[f64], band: f64, weights: &[Vec<f64>]) -> Option<Hold> {
+        let without_slow = self.without_slow(torque, weights);
+        let moving = without_slow.as_deref().unwrap_or(torque);
+        let system = self.system_of(self.modulation.of(moving));
+        let delay = self.delay(&system, moving, &self.weights_of(&system, band)?)?;
+        let of_all = self.delay(&self.system(), torque, weights)?;
+        delay.is_hold(self.step).then_some(Hold {
+            delay: delay.value,
+            is_sure: of_all.is_hold(self.step),
+        })
+    }
+
+    /// The time from a sample of this torque, which moves the system, to its effect.
+    fn delay(&self, system: &System, torque: &[f64], noise: &[Vec<f64>]) -> Option<ClockOffset> {
+        let splines = system.curves[0].tested(&self.modulation);
+        let equations = system.equations(&[&splines], noise);
+        let last = equations.columns.len();
+        let rate = vec![Some(self.modulation.of_rate(torque))];
+        let solution = equations.with_column(rate).solve()?;
+        Some(ClockOffset::new(
+            solution.x[last],
+            solution.covariance.error(last),
+            self.step,
+        ))
     }
 }

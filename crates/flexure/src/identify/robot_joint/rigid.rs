@@ -5,7 +5,7 @@
 //! where the last three terms, gravity and a spring, are optional and f contains any offset.
 
 use super::checks;
-use super::clock_offset::{ClockOffset, held};
+use super::clock_offset::held;
 use super::column_noise::Noisy;
 use super::division::{RIGID_FRICTION, lowest};
 use super::equations::Lines;
@@ -15,7 +15,7 @@ use super::free_outcome::FreeOutcome;
 use super::joint_forms::FreeCurve;
 use super::joint_signals::of_inertia;
 use super::limits::{
-    CLIPPED_EXCESS, CLIPPED_NEAR, HIGHEST_RIGID, NOISE_ROUNDS, OTHER_INERTIA, PLATEAU_WINDOW, RESOLVED,
+    CLIPPED_EXCESS, CLIPPED_NEAR, FARTHER, HIGHEST_RIGID, NOISE_ROUNDS, OTHER_INERTIA, PLATEAU_WINDOW, RESOLVED,
     SAMPLES_A_CONSTANT,
 };
 use super::motion::modulation;
@@ -186,32 +186,36 @@ impl RigidJoint<'_> {
 
     /// The axis; `None` if the equations do not determine it.
     fn axis(&self, mut signals: Signals, noise: &Noise) -> Option<RigidAxis> {
-        let step = self.sample_time;
         let mut weights = signals.weights(noise.band)?;
         let sharpened = signals.sharpened(self.torque, &weights);
         if let Some(velocity) = sharpened.filter(|_| self.velocity.is_none()) {
             signals.velocity = velocity;
             weights = signals.weights(noise.band)?;
         }
-        let moving = signals.without_slow(self.torque, &weights);
-        let moving = moving.as_deref().unwrap_or(self.torque);
-        signals.torque = signals.modulation.of(moving);
-        let delay = signals.delay(moving, &signals.weights(noise.band)?, step);
-        let held_delay = delay.filter(|delay| delay.is_hold(step));
-        signals.torque = signals.modulation.of(self.torque);
-        if held_delay.is_some() {
-            signals.torque = held(&signals.modulation, self.torque, step);
-            weights = signals.weights(noise.band)?;
-        }
+        let Some(hold) = signals.hold(self.torque, noise.band, &weights) else {
+            return self.solved(&signals, weights, noise);
+        };
+        let sampled = match hold.is_sure {
+            true => None,
+            false => self.solved(&signals, weights, noise),
+        };
+        signals.torque = held(&signals.modulation, self.torque, self.sample_time);
+        let mut axis = self.solved(&signals, signals.weights(noise.band)?, noise)?;
+        axis.findings.push(Finding::TorqueDelay {
+            delay: hold.delay,
+            held: true,
+        });
+        let distance = |axis: &RigidAxis| axis.friction.best().lack_of_fit.distance;
+        let sampled = sampled.filter(|sampled| distance(&axis) > FARTHER * distance(sampled));
+        Some(sampled.unwrap_or(axis))
+    }
+
+    /// The axis with these signals and this noise of the equation.
+    fn solved(&self, signals: &Signals, weights: Vec<Vec<f64>>, noise: &Noise) -> Option<RigidAxis> {
         let system = signals.system();
         let free = signals.free_curve(&system, weights)?;
         let outcome = FreeOutcome::new(&system, &free, self.level)?;
-        let mut axis = self.outcome(&signals, &outcome, noise)?;
-        axis.findings.extend(held_delay.map(|delay| Finding::TorqueDelay {
-            delay: delay.value,
-            held: true,
-        }));
-        Some(axis)
+        self.outcome(signals, &outcome, noise)
     }
 
     /// The result; `None` if not even the simplest form can be fitted.
@@ -276,12 +280,17 @@ impl RigidJoint<'_> {
 impl Signals {
     /// The equation of the axis.
     pub fn system(&self) -> System<'_> {
+        self.system_of(self.torque.clone())
+    }
+
+    /// The equation of the axis under this transformed torque.
+    pub fn system_of(&self, torque: Lines) -> System<'_> {
         let extras = self.extras.iter().map(|extra| self.modulation.of(&extra.values));
         let factors = std::iter::once(self.acceleration.clone()).chain(extras);
         System {
             modulation: &self.modulation,
             factors: factors.map(|column| vec![Some(column)]).collect(),
-            right: vec![self.torque.clone()],
+            right: vec![torque],
             noisy: vec![Noisy::square(INERTIA, 0, &self.encoder)],
             encoder_noise: Box::new(|x| vec![of_inertia(&self.encoder, x[INERTIA])]),
             curves: vec![Curve {
@@ -298,25 +307,13 @@ impl Signals {
 
     /// The noise of the equation.
     fn weights(&self, band: f64) -> Option<Vec<Vec<f64>>> {
-        let system = self.system();
-        let splines = system.curves[0].splines(&self.modulation, RIGID_FRICTION.coarse);
-        system.reweighted(&[splines], vec![low_frequencies(&self.modulation, band)], NOISE_ROUNDS)
+        self.weights_of(&self.system(), band)
     }
 
-    /// The time from a sample of this torque to its effect.
-    fn delay(&self, torque: &[f64], noise: &[Vec<f64>], step: f64) -> Option<ClockOffset> {
-        let system = self.system();
-        let splines = system.curves[0].tested(&self.modulation);
-        let equations = system.equations(&[&splines], noise);
-        let last = equations.columns.len();
-        let solution = equations
-            .with_column(vec![Some(self.modulation.of_rate(torque))])
-            .solve()?;
-        Some(ClockOffset::new(
-            solution.x[last],
-            solution.covariance.error(last),
-            step,
-        ))
+    /// The noise of the equation in this system.
+    pub fn weights_of(&self, system: &System, band: f64) -> Option<Vec<Vec<f64>>> {
+        let splines = system.curves[0].splines(&self.modulation, RIGID_FRICTION.coarse);
+        system.reweighted(&[splines], vec![low_frequencies(&self.modulation, band)], NOISE_ROUNDS)
     }
 
     /// The free curve with the smallest criterion of Schwarz, and the next finer one, which shows the details that the first one smooths
