@@ -5,6 +5,8 @@ mod common;
 use common::{Folder, next, typed};
 use flexure::Record;
 use flexure_io::write_record;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
 use serde_json::Value;
 
 /// A number that stands for a missing sample hides all dependences: the second look takes it for one, and its command can be typed.
@@ -381,4 +383,45 @@ fn a_constant_may_be_the_sample_time() {
     );
     let timed = folder.run("prepare log.mat --low-pass 1 --sample-time 0.125 -o out.csv");
     assert_eq!(timed.code, Some(0), "{timed:?}");
+}
+
+/// A logger that ran before its machine: rows of zeros, then a joint under gravity, whose look needs gravity too.
+#[test]
+fn rows_before_the_machine_ran_are_cut_off_and_gravity_is_tried() {
+    let folder = Folder::new();
+    let mut text = "t,state,q,tau\n".to_owned();
+    let step = 0.002;
+    for i in 0..300 {
+        text += &format!("{},0,0,0\n", step * f64::from(i));
+    }
+    let mut rng = Pcg64::seed_from_u64(3);
+    let (mut q, mut v) = (0.4_f64, 0.0_f64);
+    for i in 300..15_000 {
+        let t = step * f64::from(i);
+        let wanted = 0.4 + 0.8 * (1.3 * t).sin() + 0.3 * (4.1 * t).sin() + 0.1 * (11.0 * t).cos();
+        let tau = 60.0 * (wanted - q) - 8.0 * v + 6.0 * q.sin();
+        let noise = 1e-4 * (rng.random_range(-1.0..1.0_f64) + rng.random_range(-1.0..1.0));
+        text += &format!("{t},4,{},{tau}\n", q + noise);
+        for _ in 0..20 {
+            let force = tau - 6.0 * q.sin() - 0.8 * v - 0.6 * (200.0 * v).tanh();
+            v += 1e-4 * force / 0.35;
+            q += 1e-4 * v;
+        }
+    }
+    folder.write("log.csv", text);
+    let look = folder.done("look log.csv");
+    assert_eq!(
+        next(&look),
+        "flexure prepare log.csv --cut-samples 300: -o log-prepared.csv"
+    );
+    typed(&folder, next(&look));
+    let look = folder.done("look log-prepared.csv");
+    let command = next(&look).to_owned();
+    assert!(
+        command.contains("--position q --torque tau") && command.contains("--gravity"),
+        "{look}"
+    );
+    let found = folder.json("joint log-prepared.csv --position q --torque tau --gravity");
+    let inertia = found["inertia"]["value"].as_f64().unwrap();
+    assert!((inertia - 0.35).abs() < 0.01, "{inertia}");
 }

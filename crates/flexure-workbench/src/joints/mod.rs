@@ -168,7 +168,14 @@ pub fn identify(log: Log, settings: &Settings, file: &RecordFile, spelling: Spel
     let located = |log: &Log, error| file.locate(log.renamed(error));
     let joint: Box<dyn Joint> = match &log.axes[..] {
         [axis] => match axis.identify(log.sample_time, settings).map_err(|e| located(&log, e))? {
-            IdentifiedJoint::Rigid(axis) => Box::new(Rigid::new(*axis, settings.prismatic, log)),
+            IdentifiedJoint::Rigid(mut axis) => {
+                // There are no turns to be counted in metres, nor in an angle whose unit the file has.
+                let column = log.columns.get("position").or_else(|| log.columns.get("link"));
+                if settings.prismatic || column.is_some_and(|column| file.unit(file.meant(column)).is_some()) {
+                    axis.findings.retain(|f| !matches!(f, Finding::ManyTurns { .. }));
+                }
+                Box::new(Rigid::new(*axis, settings.prismatic, log))
+            }
             IdentifiedJoint::Flexible(axis) => Box::new(Flexible { axis: *axis, log }),
         },
         [first, second] => {

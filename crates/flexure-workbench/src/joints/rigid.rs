@@ -29,11 +29,7 @@ pub struct Rigid {
 
 impl Rigid {
     /// The axis; `prismatic` says whether it moves along a line.
-    pub fn new(mut axis: RigidAxis, prismatic: bool, log: Log) -> Self {
-        if prismatic {
-            // There are no turns to be counted in metres.
-            axis.findings.retain(|f| !matches!(f, Finding::ManyTurns { .. }));
-        }
+    pub fn new(axis: RigidAxis, prismatic: bool, log: Log) -> Self {
         Rigid { axis, prismatic, log }
     }
 

@@ -1,33 +1,21 @@
 //! Whether a record is the log of a robot's joint, and the command for it.
 
-use std::collections::BTreeMap;
-use std::ops::Range;
-
-use flexure::error::DataError;
-use flexure::identify::robot_joint::{Estimated, Extra};
+use flexure::identify::robot_joint::Extra;
 use flexure::look::{Look, Relation};
-use flexure::text::{exact, shown_path, with_error};
+use flexure::text::exact;
 use flexure_io::RecordFile;
 
 use super::Request;
+use super::joint_trial::{Assumed, Failure, Joint, trial};
 use super::roles::{Role, is_force_constant, is_neutral, is_prismatic, is_torque, is_torque_constant, role};
 use super::suggestion::Suggestion;
-use crate::joints::{AxisLog, Log, Settings, identify, in_unit};
 use crate::text::quoted;
 
 /// Of this number of samples of all axes, in the middle, the suggested identification is tried. Convention: it takes a few seconds.
 const MOST_TRIED: usize = 25_000;
-/// Standard errors by which an inertia differs from zero.
-const CLEARLY: f64 = 3.0;
 
-/// The columns of a joint.
-#[derive(Clone, Copy)]
-struct Joint<'a> {
-    torque: &'a str,
-    position: &'a str,
-    /// The motor's angle, if the joint also has an encoder before its gear.
-    motor: Option<&'a str>,
-}
+/// A simulated motion with a larger fit, in percent, leaves nothing to gravity or a spring.
+const CLOSE: f64 = 80.0;
 
 /// What a look finds about joints.
 pub(super) enum Outcome {
@@ -61,19 +49,25 @@ pub(super) fn suggestion(file: &RecordFile, request: &Request, look: &Look, samp
     };
     let mut reason = None;
     for tried in candidates(&joints) {
-        for extra in extras(look, &tried) {
+        let mut best: Option<(f64, Command)> = None;
+        for extra in extras(&tried) {
             let command = command(&tried).with(extra);
-            match trial(file, &middle, &tried, &command, step) {
+            match trial(file, &middle, &tried, command.assumed(), step) {
                 Err(why) => _ = reason.get_or_insert(why),
-                Ok(()) => {
-                    let mut suggestion = command.suggestion(look, tried[0], sample_time);
-                    let flexible = reason.filter(|_| first.motor.is_some());
-                    suggestion
-                        .notes
-                        .extend(flexible.map(|why| format!("A flexible joint was tried, too: {}.", why.text)));
-                    return Outcome::Fits(suggestion);
-                }
+                Ok(fit) if best.as_ref().is_none_or(|(before, _)| fit > *before) => best = Some((fit, command)),
+                Ok(_) => {}
             }
+            if best.as_ref().is_some_and(|(fit, _)| *fit > CLOSE) {
+                break;
+            }
+        }
+        if let Some((_, command)) = best {
+            let mut suggestion = command.suggestion(look, tried[0], sample_time);
+            let flexible = reason.filter(|_| first.motor.is_some());
+            suggestion
+                .notes
+                .extend(flexible.map(|why| format!("A flexible joint was tried, too: {}.", why.text)));
+            return Outcome::Fits(suggestion);
         }
     }
     // A part may show too little of the motion.
@@ -118,100 +112,12 @@ fn candidates<'a>(joints: &[Joint<'a>]) -> Vec<Vec<Joint<'a>>> {
     flexible.into_iter().chain(rigid).map(|joint| vec![joint]).collect()
 }
 
-/// What may act in addition to the torque: gravity or a spring, if a rigid axis was not seen to integrate its torque.
-fn extras(look: &Look, joints: &[Joint]) -> Vec<Option<Extra>> {
-    match joints[0].motor.is_some() || integration(look, &joints[0]) {
-        true => vec![None],
-        false => vec![None, Some(Extra::Gravity), Some(Extra::Spring)],
+/// What may act on a rigid axis in addition to the torque: nothing, gravity or a spring.
+fn extras(joints: &[Joint]) -> Vec<Option<Extra>> {
+    match joints[0].motor {
+        Some(_) => vec![None],
+        None => vec![None, Some(Extra::Gravity), Some(Extra::Spring)],
     }
-}
-
-/// Why the joints of a part of a record cannot be identified.
-#[derive(Default)]
-pub(super) struct Failure {
-    pub text: String,
-    /// Whether the torque changes too fast for the sample time. Then it does so in the whole record.
-    pub is_too_fast: bool,
-}
-
-/// Whether the joints can be identified from a part of a record: their inertias clearly differ from zero, and the simulated motion is closer
-/// to the measured one than standstill.
-fn trial(
-    file: &RecordFile,
-    part: &Range<usize>,
-    joints: &[Joint],
-    command: &Command,
-    sample_time: f64,
-) -> Result<(), Failure> {
-    let constant = command.constant.map_or(1.0, |(_, value)| value);
-    let [angle, effort] = if command.is_prismatic() {
-        ["m", "N"]
-    } else {
-        ["rad", "Nm"]
-    };
-    let column = |name: &str, unit: &str, by: f64| -> anyhow::Result<Vec<f64>> {
-        let (samples, _) = in_unit(file, name, unit)?;
-        Ok(samples[part.clone()].iter().map(|v| v * by).collect())
-    };
-    let axis = |joint: &Joint| {
-        anyhow::Ok(AxisLog {
-            torque: column(joint.torque, effort, constant)?,
-            position: column(joint.position, angle, 1.0)?,
-            motor: joint.motor.map(|motor| column(motor, angle, 1.0)).transpose()?,
-            velocity: None,
-        })
-    };
-    let identified = || {
-        let log = Log {
-            name: file.name(),
-            sample_time,
-            axes: joints.iter().map(axis).collect::<anyhow::Result<_>>()?,
-            columns: BTreeMap::new(),
-        };
-        let settings = Settings {
-            extras: command.extra.into_iter().collect(),
-            prismatic: command.is_prismatic(),
-            level: 0.95,
-            ..Settings::default()
-        };
-        let joint = identify(log, &settings, file, |name, _| format!("--{name}"))?;
-        let motions = joint.try_out(None, None)?.motions;
-        anyhow::Ok((joint, motions))
-    };
-    let (joint, motions) = identified().map_err(|error| {
-        let text = error.to_string();
-        let path = format!("{}: ", shown_path(&file.path));
-        Failure {
-            text: text.strip_prefix(&path).unwrap_or(&text).to_owned(),
-            is_too_fast: error.chain().any(is_too_fast),
-        }
-    })?;
-    for (name, Estimated { value, standard_error }) in joint.inertias() {
-        if !(value > 0.0) || standard_error.is_finite() && value < CLEARLY * standard_error {
-            let value = with_error(value, standard_error);
-            let text = format!("the {name}, {value}, does not clearly differ from zero");
-            return Err(Failure {
-                text,
-                ..Failure::default()
-            });
-        }
-    }
-    match motions.is_empty() || motions.iter().any(|m| !(m.fit.percent > 0.0)) {
-        true => Err(Failure {
-            text: "the simulated motion is nowhere near the measured one".to_owned(),
-            ..Failure::default()
-        }),
-        false => Ok(()),
-    }
-}
-
-/// Whether an error is that of a torque which changes too fast for the sample time.
-fn is_too_fast(error: &(dyn std::error::Error + 'static)) -> bool {
-    let library = match error.downcast_ref() {
-        Some(flexure_io::Error::Data { cause, .. }) => Some(&**cause),
-        _ => error.downcast_ref(),
-    };
-    matches!(library, Some(flexure::Error::Data(DataError::SampledTooSlowly { .. })))
 }
 
 /// The options of `flexure joint` for the columns of a joint or of an arm.
@@ -296,6 +202,15 @@ impl<'a> Command<'a> {
         if let (Some(reference), [Some(kp), Some(kv)]) = (reference, gains) {
             let options = ["--reference", reference, "--kp", kp, "--kv", kv];
             self.options.extend(options.map(str::to_owned));
+        }
+    }
+
+    /// What it says of the joints.
+    fn assumed(&self) -> Assumed {
+        Assumed {
+            constant: self.constant.map_or(1.0, |(_, value)| value),
+            extra: self.extra,
+            is_prismatic: self.is_prismatic(),
         }
     }
 

@@ -15,6 +15,9 @@ const FILLED: usize = 3;
 /// The longest gap that is interpolated before an identification, in samples. Convention.
 const LONGEST_FILLED: usize = 10;
 
+/// The fewest samples without any change that are cut off at the start. Convention.
+const FEWEST_DEAD: usize = 20;
+
 /// The columns with samples far from their neighbours.
 pub(super) fn with_outliers(look: &Look) -> Vec<&Column> {
     let columns = (look.columns.iter().enumerate()).filter(|(i, c)| Some(*i) != look.time && !c.outliers.is_empty());
@@ -46,6 +49,30 @@ pub(super) fn without_outliers(columns: &[&Column]) -> Option<Suggestion> {
         _ => format!("{count} outliers hide what depends on what. This interpolates them."),
     };
     let options = ["--outliers", &names, "--fill", &fill, "-o", "prepared.csv"];
+    Some(Suggestion::new("prepare", &options, why))
+}
+
+/// A preparation that cuts off the rows of a logger which ran before its machine did: no signal changes in them, and then several jump
+/// farther than they ever do later.
+pub(super) fn without_dead_start(look: &Look, file: &RecordFile) -> Option<Suggestion> {
+    // Both have the columns in the same order; to find each by its name would take long where there are many.
+    let columns = look.columns.iter().zip(file.record.columns()).enumerate();
+    let signals = columns.filter(|(i, (column, _))| Some(*i) != look.time && column.is_signal());
+    let signals: Vec<&[f64]> = signals.map(|(_, (_, (_, samples)))| samples).collect();
+    let still = |x: &&[f64]| x.iter().take_while(|v| **v == x[0]).count();
+    let dead = signals.iter().map(still).min()?;
+    let jumps = |x: &&&[f64]| {
+        let steps = x[dead..].windows(2).map(|w| (w[1] - w[0]).abs());
+        let largest = steps.fold(0.0, f64::max);
+        largest > 0.0 && (x[dead] - x[0]).abs() > largest
+    };
+    if dead < FEWEST_DEAD || 2 * dead > file.record.len() || signals.iter().filter(jumps).count() < 2 {
+        return None;
+    }
+    let why = format!(
+        "In the first {dead} samples no signal changes, and then several jump: the logger ran before the machine did. This cuts them off."
+    );
+    let options = ["--cut-samples", &format!("{dead}:"), "-o", "prepared.csv"];
     Some(Suggestion::new("prepare", &options, why))
 }
 

@@ -8,8 +8,9 @@ use flexure::text::exact;
 use flexure_io::RecordFile;
 
 use super::Request;
-use super::joint::{self, Failure};
-use super::preparations::{are_wild, even_spacing, repair, with_outliers, without_outliers};
+use super::joint;
+use super::joint_trial::Failure;
+use super::preparations::{are_wild, even_spacing, repair, with_outliers, without_dead_start, without_outliers};
 use super::roles::{Role, role};
 use crate::text::quoted;
 
@@ -157,6 +158,11 @@ pub(super) fn suggestion(
                 ..Failure::default()
             }),
         );
+    }
+    if look.clock.as_ref().is_none_or(|clock| clock.is_uniform)
+        && let Some(cut) = without_dead_start(look, file)
+    {
+        return (Some(cut.into_another(file)), None);
     }
     let signals = signals(request, look);
     let held = signals.as_ref().map(|s| s.inputs.clone()).unwrap_or_default();
