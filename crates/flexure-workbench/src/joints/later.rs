@@ -129,9 +129,9 @@ impl Later {
     pub fn outcome(&self) -> String {
         let holds = if self.holds() { "holds" } else { "does not hold" };
         match &self.torque {
-            Some(torque) => format!(
-                "it {holds} on {}: torque fit {:.1} %",
-                self.log.name, torque.fit.percent
+            Some(LaterTorque { fit, own, .. }) => format!(
+                "it {holds} on {}: torque fit {:.1} %, {:.1} % on the log of the fit",
+                self.log.name, fit.percent, own.percent
             ),
             None => format!("it {holds} on {}", self.log.name),
         }

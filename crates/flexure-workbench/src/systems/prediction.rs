@@ -154,8 +154,15 @@ pub fn simulate(block: &Block, file: &RecordFile, inputs: &[&str]) -> Result<Vec
     };
     let (sample, problem) = entries(block, &u).into_iter().find_map(unknown).unwrap_or_else(|| {
         let names: Vec<String> = inputs.iter().map(|name| format!("column '{name}'")).collect();
+        let why = match feeds_back(block) {
+            true => {
+                "the model feeds its own output back and grew without bound: it left the range that the fit saw, where nothing is known of its \
+                 nonlinearity; identify it from a record that covers this one's range, or try another structure; and "
+            }
+            false => "",
+        };
         let problem = format!(
-            "the model's output is {} at sample {first}; check that {} is in the unit in which the model was identified",
+            "the model's output is {} at sample {first}; {why}check that {} is in the unit in which the model was identified",
             y[first],
             joined(&names)
         );
@@ -163,6 +170,15 @@ pub fn simulate(block: &Block, file: &RecordFile, inputs: &[&str]) -> Result<Vec
     });
     let line = file.line(sample).map_or(String::new(), |line| format!(", line {line}"));
     bail!("{}{line}: {problem}", shown_path(&file.path));
+}
+
+/// Whether a part of the model feeds its own output back through a nonlinearity.
+fn feeds_back(block: &Block) -> bool {
+    match block {
+        Block::Feedback(_) | Block::Narx(_) => true,
+        Block::Series(blocks) => blocks.iter().any(feeds_back),
+        _ => false,
+    }
 }
 
 /// The prediction `horizon` samples ahead, as `flexure predict --horizon` makes it; without a horizon the free run. Both start
