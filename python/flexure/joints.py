@@ -106,10 +106,8 @@ class _Logged:
         loop, where that is known. Empty where the simulation fails."""
         found = json.loads(self._own("motions").motions())
         recorded = "under the recorded torque"
-        if isinstance(found, list):
-            return tuple(Motion(m["drive"], m["rms"], m["fit_percent"]) for m in found)
-        if found is None:
-            return ()
+        if isinstance(found, list) or found is None:
+            return _motions(found or [])
         # An arm has a list of each, an entry a joint.
         pairs = zip(np.atleast_1d(found["rms"]).tolist(), np.atleast_1d(found["fit_percent"]).tolist(), strict=True)
         return tuple(Motion(recorded, rms, fit) for rms, fit in pairs)
@@ -420,16 +418,13 @@ def _joint(result: dict[str, Any], core: _core.Joint | None) -> Joint:
 
 
 def _other_log(found: dict[str, Any]) -> OtherLog:
-    torque = found["torque"] or dict.fromkeys(("rms", "fit_percent", "own_fit_percent", "unseen", "cut_off"), np.nan)
-    return OtherLog(
-        found["holds"],
-        torque["rms"],
-        torque["fit_percent"],
-        torque["own_fit_percent"],
-        torque["unseen"],
-        torque["cut_off"],
-        tuple(Motion(motion["drive"], motion["rms"], motion["fit_percent"]) for motion in found["motions"]),
-    )
+    names = ("rms", "fit_percent", "own_fit_percent", "unseen", "cut_off")
+    rms, fit, own_fit, unseen, cut_off = ((found["torque"] or {}).get(name, np.nan) for name in names)
+    return OtherLog(found["holds"], rms, fit, own_fit, unseen, cut_off, _motions(found["motions"]))
+
+
+def _motions(found: list[dict[str, Any]]) -> tuple[Motion, ...]:
+    return tuple(Motion(motion["drive"], motion["rms"], motion["fit_percent"]) for motion in found)
 
 
 def _estimate(found: dict[str, Any]) -> Estimate:
@@ -441,16 +436,10 @@ def _form(found: dict[str, Any]) -> Form:
 
 
 def _parameter(found: dict[str, Any]) -> Parameter:
-    error = found["standard_error"]
-    interval = found["range"]
-    return Parameter(
-        found["value"],
-        np.nan if error is None else error,
-        found["unit"],
-        found["identifiable"],
-        None if interval is None else (interval[0], interval[1]),
-        found["remark"],
-    )
+    error, interval = found["standard_error"], found["range"]
+    error = np.nan if error is None else error
+    interval = None if interval is None else (interval[0], interval[1])
+    return Parameter(found["value"], error, found["unit"], found["identifiable"], interval, found["remark"])
 
 
 def _best(forms: tuple[Form, ...], name: str | None) -> Form:
