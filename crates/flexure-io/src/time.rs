@@ -291,12 +291,9 @@ impl RecordFile {
         let stated = |(name, value): &(String, f64)| {
             let own = name.rsplit(['/', '.']).next().unwrap_or(name);
             let (base, unit) = split(own.trim_end_matches("_Hz"));
-            let step = match () {
-                () if STEPS.contains(&base.as_str()) => value * unit.unwrap_or(1.0),
-                () if RATES.contains(&base.as_str()) => 1.0 / value,
-                () => return None,
-            };
-            (step > 0.0 && step.is_finite()).then_some(step)
+            let as_step = STEPS.contains(&base.as_str()).then(|| value * unit.unwrap_or(1.0));
+            let as_rate = RATES.contains(&base.as_str()).then(|| 1.0 / value);
+            as_step.or(as_rate).filter(|step| *step > 0.0 && step.is_finite())
         };
         let mut constants = self.constants.iter();
         constants.find_map(|constant| Some((constant.0.as_str(), stated(constant)?)))

@@ -154,12 +154,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let log = columns.log(&file, arguments)?;
     let (samples, sample_time) = (log.samples(), log.sample_time);
+    let later_file = arguments.later_file()?;
+    let later = arguments.later(later_file.as_ref(), &names)?;
     let joint = spinning("identifying", || {
         identify(log, &arguments.settings(), &file, arguments::option)
     })?;
     let position_loop = arguments.position_loop(&file, &names)?;
-    let later_file = arguments.later_file()?;
-    let later = arguments.later(later_file.as_ref(), &names)?;
     let trial = spinning("simulating", || joint.try_out(position_loop, later))?;
 
     // Everything is made before anything is written.
@@ -200,7 +200,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
     }
     let next = arguments.validate.is_none().then(|| {
-        let text = "next: the same command with --validate LATER.csv, another log of this joint, says whether this holds there";
+        let text = "next: add --validate LATER.csv, another log of this joint, to the same command: does the result hold there?";
         [String::new(), text.to_owned()]
     });
     print_result(&lines, wrote(&written).chain(next.into_iter().flatten()))

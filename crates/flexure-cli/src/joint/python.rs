@@ -73,10 +73,12 @@ impl Arguments {
         let pairs: serde_json::Map<String, Value> = columns
             .iter()
             .filter_map(|column| {
-                let quantity = match () {
-                    () if torques.contains(column) => Quantity::Effort,
-                    () if self.velocity.as_deref() == Some(column) => Quantity::Rate,
-                    () => Quantity::Angle,
+                let quantity = if torques.contains(column) {
+                    Quantity::Effort
+                } else if self.velocity.as_deref() == Some(column) {
+                    Quantity::Rate
+                } else {
+                    Quantity::Angle
                 };
                 let unit = quantity.unit(self.prismatic);
                 let (_, own) = in_unit(file, column, unit).ok()?;

@@ -48,7 +48,7 @@ fn a_joint_that_became_another_one_is_said_in_the_first_line() {
     let text = folder.said(&format!("{JOINT} heavier.csv --report page.html"));
     let first: String = text.lines().take_while(|line| !line.starts_with("  log ")).collect();
     assert!(first.contains("it does not") && first.contains("heavier.csv"), "{text}");
-    assert!(text.contains("identify the joint from heavier.csv as well"), "{text}");
+    assert!(text.contains("identify the joint from heavier.csv too"), "{text}");
     assert!(
         folder
             .read("page.html")

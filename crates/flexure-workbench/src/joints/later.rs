@@ -150,9 +150,10 @@ impl Later {
         {
             let Units { effort, torque, .. } = units;
             parts.push(format!(
-                "the {effort} that its motion needs, up to {} Hz, is off by {} {torque} RMS, fit {:.1} % ({} {torque}, {:.1} % on {})",
-                number(*cut_off),
+                "the {effort} that its motion needs differs from the recorded one by {} {torque} RMS up to {} Hz, fit {:.1} % ({} {torque}, \
+                 {:.1} % on {})",
                 number(fit.rms),
+                number(*cut_off),
                 fit.percent,
                 number(on_own.rms),
                 on_own.percent,
@@ -177,8 +178,8 @@ impl Later {
     pub fn advice(&self) -> Option<String> {
         (!self.holds()).then(|| {
             format!(
-                "friction changes with temperature, load and angle, and a log does not show what it does not visit: identify the joint \
-                 from {} as well and compare the values, or record one log that covers both motions",
+                "friction changes with temperature, load and position; identify the joint from {} too and compare the values, or record one \
+                 log that covers both motions",
                 self.log.name
             )
         })

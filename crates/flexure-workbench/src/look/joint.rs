@@ -52,6 +52,9 @@ pub(super) fn suggestion(file: &RecordFile, request: &Request, look: &Look, samp
         let mut best: Option<(f64, Command)> = None;
         for extra in extras(&tried) {
             let command = command(&tried).with(extra);
+            if command.extra != extra {
+                continue;
+            }
             match trial(file, &middle, &tried, command.assumed(), step) {
                 Err(why) => _ = reason.get_or_insert(why),
                 Ok(fit) if best.as_ref().is_none_or(|(before, _)| fit > *before) => best = Some((fit, command)),

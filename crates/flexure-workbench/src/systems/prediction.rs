@@ -156,13 +156,13 @@ pub fn simulate(block: &Block, file: &RecordFile, inputs: &[&str]) -> Result<Vec
         let names: Vec<String> = inputs.iter().map(|name| format!("column '{name}'")).collect();
         let why = match feeds_back(block) {
             true => {
-                "the model feeds its own output back and grew without bound: it left the range that the fit saw, where nothing is known of its \
-                 nonlinearity; identify it from a record that covers this one's range, or try another structure; and "
+                ", since it left the range of the fitted data, where its nonlinearity is unknown, and its loop became unstable; identify it from \
+                 a record that covers this range, or try another structure. Also check"
             }
-            false => "",
+            false => "; check",
         };
         let problem = format!(
-            "the model's output is {} at sample {first}; {why}check that {} is in the unit in which the model was identified",
+            "the model's output is {} at sample {first}{why} that {} is in the unit in which the model was identified",
             y[first],
             joined(&names)
         );

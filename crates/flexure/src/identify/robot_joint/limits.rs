@@ -84,8 +84,8 @@ pub const HIGHEST_RIGID: f64 = 0.2;
 /// estimated without them.
 pub const SLOW: f64 = 3.0;
 pub const SLOW_SHARE: f64 = 0.05;
-/// If slow samples speak against a held torque, it does not count as held where the best form of the friction is then farther from the free curve
-/// by this factor. Convention.
+/// A torque that is held by all but slow samples does not count as held if the best form of the friction is then farther from the free curve by
+/// this factor. Convention.
 pub const FARTHER: f64 = 2.0;
 /// Fewer samples than this within the mechanical time constant do not separate inertia from friction.
 pub const SAMPLES_A_CONSTANT: f64 = 5.0;

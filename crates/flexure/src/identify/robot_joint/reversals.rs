@@ -1,13 +1,14 @@
 //! Where the velocity of a rigid axis changes its sign.
 //!
-//! Friction then jumps, and so does the acceleration: the velocity has a kink, which smoothing rounds off. The zero of the smoothed velocity
-//! is late, since the axis brakes harder before the kink than it accelerates after it, and the friction taken from it is late too. The inertia, and a
-//! delay of the torque, would make up for that. So the part of the velocity that smoothing removes is taken from the equation of motion,
-//! $\ddot q = (\tau - f(\dot q) - \ldots) / M$, integrated above the cut-off.
+//! Friction then jumps, and so does the acceleration: the velocity has a kink, which smoothing rounds off. The zero of the smoothed velocity is
+//! late, since the axis brakes harder before the kink than it accelerates after it. The friction taken from it is late too. In the fit, a
+//! larger inertia and a delay of the torque compensate for this. So the part of the velocity that smoothing removes is taken from the equation of
+//! motion, $\ddot q = (\tau - f(\dot q) - \ldots) / M$, integrated above the cut-off.
 //!
-//! An axis that sticks has no velocity, but a friction that follows the torque. No function of velocity describes that, and a delay of the torque
-//! imitates it: eight of eight simulated axes with a held torque seemed to have a delay of two samples. So the delay is estimated while
-//! slow samples tell nothing: their torque is replaced by what the equation of motion says.
+//! While an axis sticks, its velocity is zero, but its friction follows the torque. No function of velocity describes that, and in the fit it looks like
+//! a delay of the torque: eight of eight simulated axes with a held torque seemed to have a delay of two samples. So the delay is estimated without
+//! slow samples: their torque is replaced by what the equation of motion says. If all samples together give another delay, the axis is identified with
+//! and without a held torque. The torque counts as held unless the friction then is much farther from all forms.
 
 use super::clock_offset::ClockOffset;
 use super::division::RIGID_FRICTION;

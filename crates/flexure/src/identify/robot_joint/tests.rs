@@ -83,6 +83,19 @@ fn found(joint: FlexibleJoint) -> FlexibleAxis {
     }
 }
 
+/// The rigid axis of a position and a torque.
+fn rigid_axis([position, torque]: &[Vec<f64>; 2], sample_time: f64) -> RigidAxis {
+    let joint = RigidJoint {
+        position,
+        torque,
+        velocity: None,
+        sample_time,
+        extras: &[],
+        level: 0.95,
+    };
+    joint.identify().unwrap()
+}
+
 /// Relative L2 distance of a band's estimate from a function, and the share of its points that the band covers.
 pub(super) fn distance(band: &crate::bands::Band, truth: impl Fn(f64) -> f64) -> (f64, f64) {
     let (mut off, mut size, mut covered) = (0.0, 0.0, 0);

@@ -12,7 +12,7 @@ fn off(needed: &NeededTorque, torque: &[f64]) -> f64 {
 }
 
 /// The motion of sines with this amplitude, and the torque of a rigid axis that it needs.
-fn rigid(amplitude: f64, inertia: f64, seed: u64) -> (Vec<f64>, Vec<f64>) {
+fn rigid(amplitude: f64, inertia: f64, seed: u64) -> [Vec<f64>; 2] {
     let at = |i: usize, derivative: i32| -> f64 {
         let t = i as f64 * STEP;
         let line = |(f, phase): (f64, f64)| {
@@ -29,7 +29,7 @@ fn rigid(amplitude: f64, inertia: f64, seed: u64) -> (Vec<f64>, Vec<f64>) {
     let samples = 20_000;
     let position: Vec<f64> = (0..samples).map(|i| at(i, 0)).collect();
     let torque: Vec<f64> = (0..samples).map(torque).collect();
-    (noisy(&position, 1e-5, seed), noisy(&torque, 0.02, seed + 1))
+    [noisy(&position, 1e-5, seed), noisy(&torque, 0.02, seed + 1)]
 }
 
 fn motion<'a>(position: &'a [f64], motor: Option<&'a [f64]>) -> JointMotion<'a> {
@@ -43,21 +43,14 @@ fn motion<'a>(position: &'a [f64], motor: Option<&'a [f64]>) -> JointMotion<'a> 
 
 #[test]
 fn the_torque_of_a_rigid_axis_on_another_motion() {
-    let (position, torque) = rigid(0.2, 0.4, 1);
-    let joint = RigidJoint {
-        position: &position,
-        torque: &torque,
-        velocity: None,
-        sample_time: STEP,
-        extras: &[],
-        level: 0.95,
-    };
-    let axis = joint.identify().unwrap();
+    let log = rigid(0.2, 0.4, 1);
+    let axis = rigid_axis(&log, STEP);
+    let [position, torque] = log;
     let own = axis.needed_torque(&motion(&position, None)).unwrap();
     assert!(off(&own, &torque) < 0.005, "{}", off(&own, &torque));
     assert!(own.unseen < 1e-3);
 
-    let (larger, its_torque) = rigid(0.3, 0.4, 3);
+    let [larger, its_torque] = rigid(0.3, 0.4, 3);
     let needed = axis.needed_torque(&motion(&larger, None)).unwrap();
     assert!(off(&needed, &its_torque) < 0.01, "{}", off(&needed, &its_torque));
     let fastest = axis.friction.x.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
@@ -67,7 +60,7 @@ fn the_torque_of_a_rigid_axis_on_another_motion() {
     assert!(needed.unseen > 0.05 && (needed.unseen - mean(&beyond)).abs() < 0.02);
 
     // An axis that became heavier by a fifth is seen.
-    let (position, torque) = rigid(0.2, 0.48, 5);
+    let [position, torque] = rigid(0.2, 0.48, 5);
     let needed = axis.needed_torque(&motion(&position, None)).unwrap();
     assert!(off(&needed, &torque) > 0.05);
 }
@@ -97,16 +90,9 @@ fn the_torque_of_a_flexible_joint_on_another_motion() {
 
 #[test]
 fn a_motion_that_cannot_be_used_is_refused() {
-    let (position, torque) = rigid(0.2, 0.4, 1);
-    let joint = RigidJoint {
-        position: &position,
-        torque: &torque,
-        velocity: None,
-        sample_time: STEP,
-        extras: &[],
-        level: 0.95,
-    };
-    let axis = joint.identify().unwrap();
+    let log = rigid(0.2, 0.4, 1);
+    let axis = rigid_axis(&log, STEP);
+    let [position, _] = log;
     let of = |position: &[f64]| axis.needed_torque(&motion(position, None)).unwrap_err().to_string();
     assert!(of(&position[..100]).contains("200"));
     assert!(of(&[1.0; 300]).contains("position"));

@@ -45,26 +45,14 @@ fn controlled(seed: u64, controls: usize) -> [Vec<f64>; 2] {
     [position, recorded]
 }
 
-fn axis([position, torque]: &[Vec<f64>; 2]) -> RigidAxis {
-    let joint = RigidJoint {
-        position,
-        torque,
-        velocity: None,
-        sample_time: 0.002,
-        extras: &[],
-        level: 0.95,
-    };
-    joint.identify().unwrap()
-}
-
-/// With a velocity that is only smoothed, and a delay estimated from all samples, inertia and viscous friction were off by 2 to 4 standard errors in
-/// the same direction in every run.
+/// With a velocity that is only smoothed, and a delay that is estimated from all samples, no run had the half sample: inertia, Coulomb and viscous
+/// friction were off by 2.0, 1.1 and -1.8 standard errors on average.
 #[test]
 fn an_axis_that_sticks_has_its_inertia_and_the_half_sample_of_its_torque() {
     const RUNS: u64 = 8;
     let mut mean = [0.0; 3];
     for seed in 0..RUNS {
-        let axis = axis(&controlled(seed, 1));
+        let axis = rigid_axis(&controlled(seed, 1), 0.002);
         let form = axis
             .friction
             .forms
@@ -102,7 +90,7 @@ fn an_axis_that_sticks_has_its_inertia_and_the_half_sample_of_its_torque() {
 #[test]
 fn a_torque_that_is_not_held_has_no_delay() {
     for seed in 0..3 {
-        let axis = axis(&controlled(seed, 20));
+        let axis = rigid_axis(&controlled(seed, 20), 0.002);
         let delayed = axis.findings.iter().any(|f| matches!(f, Finding::TorqueDelay { .. }));
         assert!(!delayed, "seed {seed}: {:?}", axis.findings);
     }
