@@ -14,6 +14,7 @@ use super::compliance::Compliance;
 use super::equations::Lines;
 use super::fourier::Modulation;
 use super::joint_signals::{JointSignals, of_inertia};
+use super::kinks::Kinks;
 use super::limits::{CLOCK_PASSES_BY_MOTOR, CLOCK_PIECES, CLOCKS_SETTLED, LONGEST_CLOCK_STEP, STIFFNESS_SLOPE_STEP};
 use super::motion::Motion;
 use super::smooth::Reflected;
@@ -80,7 +81,7 @@ pub(super) fn of_motor(motion: &Motion, modulation: &Modulation) -> Option<Clock
             true => motion.link.to_vec(),
             false => link.shifted(offset),
         };
-        let joint = JointSignals::new(motion, modulation, modulation.of(motion.torque), &q);
+        let joint = JointSignals::new(motion, modulation, modulation.of(motion.torque), &q, &Kinks::default());
         determined &= checks::motion(&joint.v, 0.0).is_none();
         let system = delayed_system(motion, &joint, &rate, curve.as_ref());
         let splines = system.curves[0].splines(modulation, CLOCK_PIECES);

@@ -23,7 +23,6 @@ use super::joint_signals::{Acting, JointSignals, Velocity};
 use super::limits::{RESOLVED, STEADY_WITHIN, STOP_RADII_OF_ANGLE, STOP_RADII_OF_DEFLECTION, STOPS_ABOVE_NOISE};
 use super::motion::Motion;
 use super::outcome::Effect;
-use super::smooth::Reflected;
 use crate::linalg::Complex;
 
 impl<'a> JointSignals<'a> {
@@ -33,7 +32,6 @@ impl<'a> JointSignals<'a> {
         let modulation = self.modulation;
         let d = &self.deflection.d;
         let noise = motion.motor_noise.sd.hypot(motion.link_noise.sd);
-        let motor_velocity = || Reflected::new(motion.motor, motion.step).velocity(motion.motor_noise.cut_off());
         let acting = effects.iter().filter_map(|&effect| {
             let own = |signals: Vec<Vec<f64>>, signs: [f64; 2]| {
                 let column = |lines: Lines| signs.map(|s| (s != 0.0).then(|| times(&lines, s))).into();
@@ -49,7 +47,7 @@ impl<'a> JointSignals<'a> {
                     let late = |v: &[f64]| Some(times(&product(modulation, &slopes, v), -1.0));
                     Some(Acting {
                         effect: Some(effect),
-                        columns: vec![vec![late(&self.v), late(&motor_velocity())]],
+                        columns: vec![vec![late(&self.v), late(&self.v_motor)]],
                         signals: Vec::new(),
                     })
                 }
@@ -58,7 +56,7 @@ impl<'a> JointSignals<'a> {
                     Some(Acting {
                         effect: Some(effect),
                         columns: vec![vec![rate.clone(), rate]],
-                        signals: vec![motor_velocity().iter().zip(&self.v).map(|(m, q)| m - q).collect()],
+                        signals: vec![self.v_motor.iter().zip(&self.v).map(|(m, q)| m - q).collect()],
                     })
                 }
                 Effect::MotorFriction => None,
@@ -85,7 +83,7 @@ impl<'a> JointSignals<'a> {
         let acting: Vec<Acting> = acting.collect();
         self.acting.extend(acting);
         self.motor_velocity = effects.contains(&Effect::MotorFriction).then(|| Velocity {
-            v: motor_velocity(),
+            v: self.v_motor.clone(),
             resolution: RESOLVED * motion.motor_noise.velocity_sd(motion.step),
         });
         self

@@ -21,6 +21,7 @@ use super::compliance::Compliance;
 use super::covariance::Robust;
 use super::fourier::Modulation;
 use super::joint_signals::JointSignals;
+use super::kinks::Kinks;
 use super::limits::{CLOCK_PASSES, CLOCKS_SETTLED, DRIVES, LONGEST_CLOCK_STEP, NOISE_ROUNDS, REFUTED, SIGNIFICANT};
 use super::motion::Motion;
 use super::normal::Normal;
@@ -39,6 +40,8 @@ pub(super) struct Explained {
     pub competing: Vec<Effect>,
     /// The stiffness, by which late samples enter the equations.
     pub stiffness: Stiffness,
+    /// What smoothing removes from the velocities.
+    pub kinks: Kinks,
 }
 
 /// A joint's log about what is known of its clocks.
@@ -48,6 +51,7 @@ struct About<'a> {
     link: &'a Reflected,
     clocks: Clocks,
     stiffness: Option<Stiffness>,
+    kinks: Kinks,
 }
 
 /// The equations of all effects, solved.
@@ -101,7 +105,8 @@ impl<'a> About<'a> {
             0.0 => motion.link.to_vec(),
             offset => self.link.shifted(offset),
         };
-        let joint = JointSignals::new(motion, modulation, self.clocks.torque(modulation, motion), &link);
+        let torque = self.clocks.torque(modulation, motion);
+        let joint = JointSignals::new(motion, modulation, torque, &link, &self.kinks);
         let joint = joint.with(motion, &link, effects, self.stiffness.as_ref());
         match delay {
             true => joint.delayed(modulation.of_rate(motion.torque)),
@@ -132,6 +137,7 @@ impl<'a> About<'a> {
                 noise: system.unbiased_noise_of(&solved),
             };
             let settled = self.set_clocks(&joint, &solved, &robust)?;
+            self.kinks = Kinks::new(&joint, self.motion, &solved, &splines);
             self.stiffness = Some(Stiffness {
                 coefficients: solved.coefficients(0).to_vec(),
                 basis: splines[0].basis.clone(),
@@ -197,6 +203,7 @@ impl<'a> About<'a> {
                 ..self.clocks
             },
             stiffness: self.stiffness.clone(),
+            kinks: self.kinks.clone(),
             ..*self
         };
         let joint = about.joint(&Effect::ALL, !self.clocks.torque_held);
@@ -295,6 +302,7 @@ pub(super) fn explained(motion: &Motion, modulation: &Modulation) -> Option<Expl
             determined: true,
         },
         stiffness: None,
+        kinks: Kinks::default(),
     };
     let full = about.settle()?;
     let mut cases = Cases {
@@ -315,7 +323,12 @@ pub(super) fn explained(motion: &Motion, modulation: &Modulation) -> Option<Expl
     let skewed: Vec<Effect> = Effect::ALL.into_iter().filter(skewed).collect();
     let offset = cases.best(&skewed)?.offset;
     let significant = cases.about.clocks.determined && effects.contains(&Effect::EncoderSkew);
-    let About { clocks, stiffness, .. } = cases.about;
+    let About {
+        clocks,
+        stiffness,
+        kinks,
+        ..
+    } = cases.about;
     Some(Explained {
         clocks: Clocks {
             link_offset: ClockOffset {
@@ -327,6 +340,7 @@ pub(super) fn explained(motion: &Motion, modulation: &Modulation) -> Option<Expl
         effects,
         competing,
         stiffness: stiffness?,
+        kinks,
     })
 }
 

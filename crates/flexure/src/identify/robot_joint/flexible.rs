@@ -82,7 +82,8 @@ impl FlexibleJoint<'_> {
         let axis = explained(&motion, &modulation).and_then(|explained| {
             let clocks = &explained.clocks;
             let link = clocks.link(&motion);
-            let joint = JointSignals::new(&motion, &modulation, clocks.torque(&modulation, &motion), &link);
+            let torque = clocks.torque(&modulation, &motion);
+            let joint = JointSignals::new(&motion, &modulation, torque, &link, &explained.kinks);
             let joint = joint.with(&motion, &link, &explained.effects, Some(&explained.stiffness));
             self.outcome(&motion, &joint, &explained, &link)
         });

@@ -10,10 +10,11 @@ use super::covariance::fitted_noise;
 use super::division::{FRICTION, STIFFNESS};
 use super::equations::{Column, Lines};
 use super::fourier::Modulation;
+use super::kinks::{Kinks, with_kinks};
 use super::limits::{MOTOR_ROUNDS, NOISE_ROUNDS, RESOLVED_DEFLECTION};
 use super::motion::Motion;
 use super::outcome::{Effect, Estimated};
-use super::smooth::Reflected;
+use super::smooth::{Noise, Reflected};
 use super::system::{Curve, CurveKind, FreeCurves, Splines, System, low_frequencies};
 use crate::linalg::Complex;
 
@@ -24,6 +25,8 @@ pub(super) struct JointSignals<'a> {
     /// The link's velocity at every sample, and its resolution.
     pub v: Vec<f64>,
     pub resolution: f64,
+    /// The motor's velocity at every sample.
+    pub v_motor: Vec<f64>,
     /// The torque, minus the part for the motor's inertia if that is known.
     pub torque: Lines,
     /// The motor's acceleration; `None` if its inertia is known.
@@ -79,7 +82,8 @@ struct LinkStart {
 
 impl<'a> JointSignals<'a> {
     /// The signals with the transformed torque at the time of its effect, and the link's angle on the motor's clock.
-    pub fn new(motion: &Motion, modulation: &'a Modulation, mut torque: Lines, link: &[f64]) -> Self {
+    pub fn new(motion: &Motion, modulation: &'a Modulation, mut torque: Lines, link: &[f64], kinks: &Kinks) -> Self {
+        let velocity = |angle: &[f64], noise: Noise| Reflected::new(angle, motion.step).velocity(noise.cut_off());
         let motor = motion.rotor_acceleration(modulation);
         if let Some(known) = motion.motor_inertia {
             torque.iter_mut().zip(&motor).for_each(|(t, m)| *t -= m * known);
@@ -90,7 +94,8 @@ impl<'a> JointSignals<'a> {
             squared: vec![1.0; modulation.len()],
             shared: modulation.omega.iter().map(|w| w * w).collect(),
             variances: [motion.motor_noise.sd, motion.link_noise.sd].map(|sd| sd * sd),
-            v: Reflected::new(link, motion.step).velocity(motion.link_noise.cut_off()),
+            v: with_kinks(velocity(link, motion.link_noise), &kinks.link),
+            v_motor: with_kinks(velocity(motion.motor, motion.motor_noise), &kinks.motor),
             resolution: motion.velocity_resolution(),
             link: modulation.of_acceleration(link).into_iter().map(|v| -v).collect(),
             encoder: [encoder(motion.rotor_sd()), encoder(motion.link_noise.sd)],

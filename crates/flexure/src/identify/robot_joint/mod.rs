@@ -93,6 +93,7 @@ mod fourier;
 mod free_outcome;
 mod joint_forms;
 mod joint_signals;
+mod kinks;
 mod lack_of_fit;
 mod layout;
 mod limits;

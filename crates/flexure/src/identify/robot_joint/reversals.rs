@@ -3,7 +3,7 @@
 //! Friction then jumps, and so does the acceleration: the velocity has a kink, which smoothing rounds off. The zero of the smoothed velocity is
 //! late, since the axis brakes harder before the kink than it accelerates after it. The friction taken from it is late too. In the fit, a
 //! larger inertia and a delay of the torque compensate for this. So the part of the velocity that smoothing removes is taken from the equation of
-//! motion, $\ddot q = (\tau - f(\dot q) - \ldots) / M$, integrated above the cut-off.
+//! motion, $\ddot q = (\tau - f(\dot q) - \ldots) / M$, integrated above the cut-off ([`kinks`]).
 //!
 //! While an axis sticks, its velocity is zero, but its friction follows the torque. No function of velocity describes that, and in the fit it looks like
 //! a delay of the torque: eight of eight simulated axes with a held torque seemed to have a delay of two samples. So the delay is estimated without
@@ -12,6 +12,7 @@
 
 use super::clock_offset::ClockOffset;
 use super::division::RIGID_FRICTION;
+use super::kinks::{kinks, with_kinks};
 use super::limits::{LARGEST_ERROR, SLOW, SLOW_SHARE};
 use super::rigid::{INERTIA, Signals};
 use super::smooth::Reflected;
@@ -58,20 +59,9 @@ impl Signals {
     pub fn sharpened(&self, torque: &[f64], weights: &[Vec<f64>]) -> Option<Vec<f64>> {
         let Balance { inertia, others } = self.balance(weights)?;
         let both = torque.iter().zip(&others);
-        let mut acceleration: Vec<f64> = both.map(|(torque, others)| (torque - others) / inertia).collect();
-        // An axis at rest does not accelerate, whatever the torque that its friction holds.
-        let long = 1.0 / (self.cut_off * self.step);
-        let rests = |v: &f64| v.abs() < self.resolution;
-        let mut start = 0;
-        for run in self.velocity.chunk_by(|a, b| rests(a) == rests(b)) {
-            let end = start + run.len();
-            if rests(&run[0]) && run.len() as f64 > long {
-                acceleration[start..end].fill(0.0);
-            }
-            start = end;
-        }
-        let fast = Reflected::new(&acceleration, self.step).integral_above(self.cut_off);
-        Some(self.velocity.iter().zip(&fast).map(|(v, fast)| v + fast).collect())
+        let acceleration = both.map(|(torque, others)| (torque - others) / inertia).collect();
+        let fast = kinks(&self.velocity, acceleration, self.resolution, self.cut_off, self.step);
+        Some(with_kinks(self.velocity.clone(), &fast))
     }
 
     /// The torque with what the equation of motion says in place of slow samples; `None` if the inertia is not determined.

@@ -21,6 +21,7 @@ use super::equations::Column;
 use super::finding::Finding;
 use super::fourier::Modulation;
 use super::joint_signals::{JointSignals, of_inertia};
+use super::kinks::Kinks;
 use super::motion::{self, Carrier, Motion, modulation_of};
 use super::outcome::{Estimated, FlexibleAxis};
 use super::system::{FreeCurves, System};
@@ -170,6 +171,7 @@ impl<'a> ArmSignals<'a> {
                 modulation,
                 clocks[i].torque(modulation, &motions[i]),
                 &q[i],
+                &Kinks::default(),
             )
         });
         let links = Links::new(
