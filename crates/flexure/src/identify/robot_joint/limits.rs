@@ -56,10 +56,8 @@ pub const CUT_OFF_MARGIN: f64 = 1.5;
 pub const SEGMENT: usize = 16_384;
 /// From this share of the sampling rate on, the periodogram is taken for noise.
 pub const NOISE_FROM: f64 = 0.35;
-/// A line this many times the noise belongs to the signal.
+/// A line this many times the noise holds more motion than noise.
 pub const STANDS_OUT: f64 = 2.0;
-/// Lines on either side among which most must stand out.
-pub const NEIGHBOURS: usize = 3;
 /// The spectrum of white noise does not fall by more than this factor from the lower to the upper half of the range where it is estimated.
 pub const FLAT_NOISE: f64 = 1.5;
 

@@ -2,7 +2,7 @@
 
 use realfft::RealFftPlanner;
 
-use super::limits::{CUT_OFF_MARGIN, FLAT_NOISE, NEIGHBOURS, NOISE_FROM, SEGMENT, STANDS_OUT, STEEPNESS};
+use super::limits::{CUT_OFF_MARGIN, FLAT_NOISE, NOISE_FROM, SEGMENT, STANDS_OUT, STEEPNESS};
 use crate::linalg::Complex;
 
 /// The noise of an encoder's angle, from its spectrum.
@@ -37,16 +37,15 @@ impl Noise {
             part.get(part.len() / 2).copied().unwrap_or(0.0)
         };
         let floor = median(NOISE_FROM, 0.5);
-        // It must be a band, not a single line.
-        let half = NEIGHBOURS.min(power.len() / 8);
-        let last = (half..power.len() - half.min(power.len()))
-            .rev()
-            .find(|&k| {
-                let near = &power[k - half..=k + half];
-                let above = near.iter().filter(|p| **p > STANDS_OUT * floor).count();
-                share(k) < NOISE_FROM && 2 * above > near.len()
-            })
-            .unwrap_or(0);
+        // The smoothed velocity is best if it ends where a higher end would add more noise than motion. A line of an encoder's steps, which a
+        // steady motion passes in time, does not outweigh the noise below it.
+        let (mut sum, mut best, mut last) = (0.0, 0.0, 0);
+        for k in (0..power.len()).take_while(|&k| share(k) < NOISE_FROM) {
+            sum += share(k).powi(2) * (power[k] - STANDS_OUT * floor);
+            if sum > best {
+                (best, last) = (sum, k);
+            }
+        }
         let middle = 0.5 * (NOISE_FROM + 0.5);
         let fall = median(NOISE_FROM, middle) / median(middle, 0.5).max(f64::MIN_POSITIVE);
         Noise {
@@ -195,5 +194,39 @@ impl Reflected {
             *v += self.offset + self.slope * (i as f64 + shift);
         }
         x
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt as _, SeedableRng as _};
+    use rand_pcg::Pcg64;
+    use std::f64::consts::TAU;
+
+    /// The band of sines of these frequencies in Hz and amplitudes in rad, sampled every ms in steps of 1e-4 rad.
+    fn band(sines: &[[f64; 2]]) -> f64 {
+        let mut rng = Pcg64::seed_from_u64(4);
+        let phases: Vec<f64> = sines.iter().map(|_| rng.random_range(0.0..TAU)).collect();
+        let angle = |i: usize| -> f64 {
+            let line = |([f, a], phase): (&[f64; 2], &f64)| a * (TAU * f * 1e-3 * i as f64 + phase).sin();
+            sines.iter().zip(&phases).map(line).sum()
+        };
+        let steps: Vec<f64> = (0..20_000).map(|i| (angle(i) / 1e-4).round() * 1e-4).collect();
+        Noise::of(&steps, 1e-3).band
+    }
+
+    #[test]
+    fn the_band_ends_with_the_motion_and_not_at_lines_of_the_encoders_steps() {
+        let motion = [[0.7, 0.5], [3.1, 0.1], [9.7, 0.02], [18.3, 0.005]];
+        let alone = band(&motion);
+        assert!((18.3..25.0).contains(&alone), "{alone}");
+        // A drive at constant speed passes the encoder's steps at one frequency. Seven lines of the spectrum then stand out of the noise.
+        let lines = [330.0, 330.5, 331.0, 331.5, 332.0].map(|f| [f, 3e-6]);
+        let with_lines = band(&[&motion[..], &lines].concat());
+        assert!((18.3..25.0).contains(&with_lines), "{with_lines}");
+        // A resonance that moves the axis belongs to the motion.
+        let with_resonance = band(&[&motion[..], &[[140.0, 3e-3]]].concat());
+        assert!((140.0..150.0).contains(&with_resonance), "{with_resonance}");
     }
 }
