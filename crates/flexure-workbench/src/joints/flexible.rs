@@ -115,6 +115,7 @@ pub fn axis_json(axis: &FlexibleAxis) -> Value {
     let list = |forms: &[Fitted]| -> Vec<Value> { forms.iter().map(|f| fitted_json(f, &units)).collect() };
     json!({
         "motor_inertia": inertia_json(axis.motor_inertia),
+        "motor_inertia_by_equations": axis.by_equations.map(inertia_json),
         "link_inertia": inertia_json(axis.link.inertia),
         "stiffness": curve_json(&axis.stiffness.band),
         "secant_stiffness": curve_json(&axis.secant),
@@ -177,7 +178,11 @@ pub fn write_axis(axis: &FlexibleAxis, link: &str, motion: Option<&Motion>, torq
         true => inertia_text(e, &units),
         false => format!("{} kg m^2, as given", number(e.value)),
     };
-    lines.item("motor inertia", inertia(axis.motor_inertia));
+    let equations = axis.by_equations.map_or_else(String::new, |by_equations| {
+        let alone = inertia_text(by_equations, &units);
+        format!(", by the simulated motion of short stretches; the equations of motion alone say {alone}")
+    });
+    lines.item("motor inertia", inertia(axis.motor_inertia) + &equations);
     lines.item(link, inertia(axis.link.inertia));
     lines.item("stiffness", range_text(&axis.stiffness.band, "rad"));
     lines.item("friction", range_text(&axis.link.friction.band, "rad/s"));

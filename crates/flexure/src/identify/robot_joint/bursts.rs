@@ -90,6 +90,7 @@ mod tests {
                     right: vec![modulation.of(&errors)],
                     noise: vec![&noise],
                     noisy: Vec::new(),
+                    given: Vec::new(),
                 };
                 let solution = equations.solve().unwrap();
                 let over_time = over_time(&equations, &solution.residuals)[0];

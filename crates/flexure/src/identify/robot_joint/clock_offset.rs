@@ -75,6 +75,14 @@ impl Clocks {
         }
     }
 
+    /// The torque that acts from each sample to the next: as logged if it is held, otherwise that in the middle between both.
+    pub fn held_torque(&self, motion: &Motion) -> Vec<f64> {
+        match self.torque_held {
+            true => motion.torque.to_vec(),
+            false => Reflected::new(motion.torque, motion.step).shifted(0.5 * motion.step - self.delay(motion.step)),
+        }
+    }
+
     /// The transformed torque at the time of its effect.
     pub fn torque(&self, modulation: &Modulation, motion: &Motion) -> Lines {
         if self.torque_held {

@@ -53,7 +53,7 @@ fn delayed_system<'a>(
     let unknown = [rate.clone()].into_iter().chain(offset);
     system.factors.extend(unknown.map(|lines| vec![Some(lines)]));
     system.encoder_noise = Box::new(move |x| {
-        let inertia = motion.motor_inertia.unwrap_or(x[0]);
+        let inertia = motion.motor_inertia.map_or(x[0], |known| known.value);
         vec![of_inertia(&joint.encoder[0], inertia)]
     });
     system.curves[0].noise = Vec::new();

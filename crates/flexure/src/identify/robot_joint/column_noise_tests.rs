@@ -79,6 +79,7 @@ fn noise_that_two_columns_share_is_taken_off() {
                 right: vec![modulation.of(&tau)],
                 noise: vec![&noise],
                 noisy,
+                given: Vec::new(),
             };
             found.push(equations.solve().unwrap().x[0] - inertia);
         }

@@ -170,6 +170,7 @@ impl SpringFit {
                 right: vec![deflection.clone()],
                 noise: vec![&ones],
                 noisy: Vec::new(),
+                given: Vec::new(),
             };
             equations.solve()
         };

@@ -43,6 +43,7 @@ fn the_minimum_is_that_of_the_equations() {
             right: vec![lines(&tau)],
             noise: vec![&noise],
             noisy: Vec::new(),
+            given: Vec::new(),
         },
         curves: vec![FormedCurve {
             terms: FormName::SmoothCoulomb.terms(false),

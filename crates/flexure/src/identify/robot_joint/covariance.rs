@@ -5,7 +5,7 @@
 //! 1980, in frequency) and from the scatter of the moments over time ([`over_time`]). The largest of the three variances is used.
 
 use super::bursts::over_time;
-use super::equations::{Equations, Solution};
+use super::equations::{Equations, Lines, Solution};
 use super::limits::{FEWEST_SMOOTHED, LEAST_REMAINDER, SMOOTHED_SHARE};
 use super::normal::Covariance;
 use crate::linalg::{Complex, Matrix, product};
@@ -72,8 +72,14 @@ impl Equations<'_> {
                 (largest / robust[(i, i)].max(f64::MIN_POSITIVE)).sqrt().max(1.0)
             })
             .collect();
+        let mut covariance = robust.map_with_location(|i, j, v| v * grow[i] * grow[j]);
+        for given in &self.given {
+            let column: Vec<Option<&Lines>> = given.iter().map(Option::as_ref).collect();
+            let moved = product(c, &Matrix::from_vec(c.nrows(), 1, self.moments_with(&column)));
+            covariance += product(&moved, &moved.transpose());
+        }
         Robust {
-            covariance: Covariance(robust.map_with_location(|i, j, v| v * grow[i] * grow[j])),
+            covariance: Covariance(covariance),
             taken: by_time.trace().max(by_frequency.trace()),
         }
     }

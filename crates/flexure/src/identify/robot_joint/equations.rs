@@ -29,6 +29,8 @@ pub(super) struct Equations<'a> {
     pub noise: Vec<&'a [f64]>,
     /// The noise that columns share with themselves and with each other.
     pub noisy: Vec<Noisy<'a>>,
+    /// What each known value adds to the right-hand side if it is off by its standard error.
+    pub given: Vec<Column>,
 }
 
 /// The weighted inner products of columns without the part that the columns' noise adds.
@@ -109,13 +111,20 @@ impl Equations<'_> {
 
     /// The weighted inner products of the columns with the right-hand side.
     pub fn moments(&self) -> Vec<f64> {
+        self.moments_with(&self.right.iter().map(Some).collect::<Vec<_>>())
+    }
+
+    /// The weighted inner products of the columns with this one.
+    pub fn moments_with(&self, right: &[Option<&Lines>]) -> Vec<f64> {
         let weights = self.weights();
         let product = |column: &Column| -> f64 {
-            let blocks = weights.iter().zip(column.iter().zip(&self.right));
+            let blocks = weights.iter().zip(column.iter().zip(right));
             blocks
                 .map(|(w, (column, right))| {
-                    let Some(column) = column else { return 0.0 };
-                    let lines = w.iter().zip(column.iter().zip(right));
+                    let (Some(column), Some(right)) = (column, right) else {
+                        return 0.0;
+                    };
+                    let lines = w.iter().zip(column.iter().zip(*right));
                     lines.map(|(w, (a, b))| w * (a.re * b.re + a.im * b.im)).sum()
                 })
                 .sum()

@@ -184,7 +184,10 @@ impl<'a> About<'a> {
     /// Because of it the motor's inertia J may be off by a share c of itself. The motor's equation is then off by c J times the rotor's acceleration a.
     /// With noise of spectrum s that adds $2 (cJ)^2 \sum |a|^2 / s$: every line is two real equations, of variance s / 2 each.
     fn confusion(&self, joint: &JointSignals, solved: &Solved, noise: &[f64]) -> f64 {
-        let inertia = self.motion.motor_inertia.unwrap_or_else(|| solved.factors()[0]);
+        let inertia = self
+            .motion
+            .motor_inertia
+            .map_or_else(|| solved.factors()[0], |known| known.value);
         let off = (inertia * joint.deflection.confusion).powi(2);
         let acceleration = self.motion.rotor_acceleration(self.modulation);
         let lines = acceleration.iter().zip(noise);

@@ -9,13 +9,18 @@ use super::checks;
 use super::clock_offset::Clocks;
 use super::explanations::{Explained, explained};
 use super::finding::Finding;
+use super::fourier::Modulation;
 use super::free_outcome::{FreeOutcome, torque_band};
 use super::joint_forms::{JointForms, JointPlace};
 use super::joint_signals::JointSignals;
+use super::limits::DISAGREE;
 use super::motion::{self, Motion, modulation_of};
-use super::outcome::{Effect, Estimated, FlexibleAxis, IdentifiedJoint, JointModel, RigidAxis, StiffJoint};
+use super::outcome::{
+    Effect, Estimated, FlexibleAxis, IdentifiedCurve, IdentifiedJoint, JointModel, RigidAxis, StiffJoint,
+};
 use super::rigid::{RigidJoint, extra_parameters};
 use super::smooth::Reflected;
+use super::stretches::{FormedJoint, Logged};
 use crate::error::{DataError, Error, Result};
 
 /// The log of a flexible joint, and known values.
@@ -63,8 +68,12 @@ impl FlexibleJoint<'_> {
     /// As [`RigidJoint::identify`].
     pub fn identify(&self) -> Result<IdentifiedJoint> {
         self.check()?;
+        let known = |value| Estimated {
+            value,
+            standard_error: 0.0,
+        };
         let motion = Motion {
-            motor_inertia: self.motor_inertia,
+            motor_inertia: self.motor_inertia.map(known),
             ..Motion::new(self.motor, self.link, self.torque, self.sample_time)
         };
         let motions = [motion];
@@ -79,15 +88,7 @@ impl FlexibleJoint<'_> {
             (Err(_), Some(_)) => return self.rigid(stiff, Vec::new()),
             (resolved, _) => resolved?,
         }
-        let axis = explained(&motion, &modulation).and_then(|explained| {
-            let clocks = &explained.clocks;
-            let link = clocks.link(&motion);
-            let torque = clocks.torque(&modulation, &motion);
-            let joint = JointSignals::new(&motion, &modulation, torque, &link, &explained.kinks);
-            let joint = joint.with(&motion, &link, &explained.effects, Some(&explained.stiffness));
-            self.outcome(&motion, &joint, &explained, &link)
-        });
-        match axis {
+        match self.axis(motion, &modulation) {
             Some(axis) if stiff.is_none() || axis.separates_inertias() => {
                 Ok(IdentifiedJoint::Flexible(Box::new(axis.distrusted())))
             }
@@ -97,6 +98,50 @@ impl FlexibleJoint<'_> {
                 Err(DataError::TooLittleMotion { what }.into())
             }
         }
+    }
+
+    /// The joint by its equations of motion. If its simulated motion determines the motor's inertia better than these, or disagrees with them, the
+    /// equations are solved again with that inertia: it decides how the torque divides between motor and spring.
+    fn axis(&self, mut motion: Motion, modulation: &Modulation) -> Option<FlexibleAxis> {
+        let (axis, simulated) = self.by_equations(&motion, modulation)?;
+        let Some(simulated) = simulated else {
+            return Some(axis);
+        };
+        let equations = axis.motor_inertia;
+        let error = equations.standard_error.hypot(simulated.standard_error);
+        let is_surer = simulated.standard_error < equations.standard_error;
+        if !is_surer && (simulated.value - equations.value).abs() < DISAGREE * error {
+            return Some(axis);
+        }
+        motion.motor_inertia = Some(simulated);
+        match self.by_equations(&motion, modulation) {
+            Some((again, _)) if again.separates_inertias() => Some(FlexibleAxis {
+                by_equations: Some(equations),
+                ..again
+            }),
+            _ => Some(axis),
+        }
+    }
+
+    /// The joint by its equations of motion, and the motor's inertia by its simulated motion, if that was not known.
+    fn by_equations(&self, motion: &Motion, modulation: &Modulation) -> Option<(FlexibleAxis, Option<Estimated>)> {
+        let explained = explained(motion, modulation)?;
+        let clocks = &explained.clocks;
+        let link = clocks.link(motion);
+        let torque = clocks.torque(modulation, motion);
+        let joint = JointSignals::new(motion, modulation, torque, &link, &explained.kinks);
+        let joint = joint.with(motion, &link, &explained.effects, Some(&explained.stiffness));
+        let axis = self.outcome(motion, &joint, &explained, &link)?;
+        let log = Logged {
+            motor: motion.motor,
+            link: &link,
+            velocities: [&joint.v_motor, &joint.v],
+            torque: &clocks.held_torque(motion),
+            step: motion.step,
+        };
+        let unknown = motion.motor_inertia.is_none();
+        let simulated = unknown.then(|| axis.formed()?.simulated_inertias(&log)).flatten();
+        Some((axis, simulated.map(|[motor, _]| motor)))
     }
 
     /// The axis of motor and link as one body: at the motor, if the joint is stiff apart from its clocks, otherwise at the link.
@@ -146,11 +191,8 @@ impl FlexibleJoint<'_> {
             link: Some(link_factor),
         };
         let link_inertia = outcome.factor(link_factor);
-        let motor_inertia = match self.motor_inertia {
-            Some(value) => Estimated {
-                value,
-                standard_error: 0.0,
-            },
+        let motor_inertia = match motion.motor_inertia {
+            Some(known) => known,
             None => joint.motor_inertia_of(outcome.factor(0), link_inertia.value),
         };
         let forms = outcome.forms_of(&[place]);
@@ -241,6 +283,7 @@ impl AxisParts<'_> {
         let factor_of = |effect: Effect| self.joint.factors_of(Some(effect)).map(|i| outcome.factor(i));
         Some(FlexibleAxis {
             motor_inertia: self.motor_inertia,
+            by_equations: None,
             stiffness: outcome.identified(stiffness, torque_band(&secant), self.forms.stiffness, of_stiffness)?,
             secant,
             link: RigidAxis {
@@ -307,4 +350,25 @@ impl AxisParts<'_> {
 
 fn root_mean_square(x: &[f64]) -> f64 {
     (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt()
+}
+
+impl FlexibleAxis {
+    /// The joint in its best forms; `None` if it cannot be simulated: a torque was clipped, or a spring has a memory.
+    fn formed(&self) -> Option<FormedJoint> {
+        let clipped = |f: &Finding| matches!(f, Finding::ClippedTorque { .. });
+        let remembers = self.effects.contains(&Effect::HystereticSpring);
+        if !self.separates_inertias() || remembers || self.link.findings.iter().any(clipped) {
+            return None;
+        }
+        let curve = |curve: &IdentifiedCurve| curve.simplest().curve.clone();
+        let gravity: Vec<f64> = self.link.extras.iter().map(|extra| extra.value).collect();
+        Some(FormedJoint {
+            inertias: [self.motor_inertia.value, self.link.inertia.value],
+            damping: self.damping.map(|damping| damping.value),
+            gravity: gravity.try_into().ok(),
+            stiffness: curve(&self.stiffness),
+            friction: curve(&self.link.friction),
+            motor_friction: self.motor_friction.as_ref().map(curve),
+        })
+    }
 }

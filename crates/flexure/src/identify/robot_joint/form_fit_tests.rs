@@ -34,6 +34,7 @@ fn friction_alone<'a>(curve: &'a Curve<'a>, beside: &'a Splines, modulation: &'a
             right: Vec::new(),
             noise: Vec::new(),
             noisy: Vec::new(),
+            given: Vec::new(),
         },
         curves: vec![FormedCurve {
             terms: FormName::SmoothStribeck.terms(false),

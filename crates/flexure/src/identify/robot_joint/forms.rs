@@ -280,6 +280,20 @@ impl ParametricCurve {
         let terms = ShapedTerm::all(&self.terms, &self.logs, self.width);
         terms.zip(&self.factors).map(|(term, c)| c * term.value(x)).sum()
     }
+
+    /// The dry friction at the speed |v|, which holds a body at rest, and the other terms at v.
+    pub fn dry_and_other(&self, v: f64) -> [f64; 2] {
+        let terms = ShapedTerm::all(&self.terms, &self.logs, 0.0);
+        let (mut dry, mut other) = (0.0, 0.0);
+        for (shaped, c) in terms.zip(&self.factors) {
+            match shaped.term {
+                Term::Sign => dry += c,
+                Term::Stribeck => dry += c * shaped.value(v.abs().max(f64::MIN_POSITIVE)),
+                _ => other += c * shaped.value(v),
+            }
+        }
+        [dry, other]
+    }
 }
 
 #[cfg(test)]

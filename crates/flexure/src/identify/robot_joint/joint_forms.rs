@@ -65,6 +65,7 @@ impl<'a> FreeOutcome<'a> {
             right: self.system.right.clone(),
             noise: self.curves.noise.iter().map(Vec::as_slice).collect(),
             noisy: self.system.noisy.clone(),
+            given: self.system.given.clone(),
         };
         for (number, (curve, splines)) in curves.iter().zip(&self.curves.splines).enumerate() {
             if formed.iter().all(|f| f.curve != number) {

@@ -31,6 +31,10 @@ pub(super) struct JointSignals<'a> {
     pub torque: Lines,
     /// The motor's acceleration; `None` if its inertia is known.
     pub motor: Option<Lines>,
+    /// The motor's inertia, if it is known.
+    pub known_inertia: Option<f64>,
+    /// The torque for the standard error of a known inertia of the motor, if it has one.
+    pub given: Option<Lines>,
     /// Minus the link's acceleration.
     pub link: Lines,
     /// The spectra of the encoders' noise in the accelerations of motor and link.
@@ -70,7 +74,7 @@ pub(super) struct MotorStart {
     pub noise: Vec<f64>,
     /// The transformed elastic torque.
     pub kappa: Lines,
-    /// The motor's inertia; 0 if it is known.
+    /// The motor's inertia.
     pub inertia: f64,
 }
 
@@ -85,8 +89,10 @@ impl<'a> JointSignals<'a> {
     pub fn new(motion: &Motion, modulation: &'a Modulation, mut torque: Lines, link: &[f64], kinks: &Kinks) -> Self {
         let velocity = |angle: &[f64], noise: Noise| Reflected::new(angle, motion.step).velocity(noise.cut_off());
         let motor = motion.rotor_acceleration(modulation);
+        let mut given = None;
         if let Some(known) = motion.motor_inertia {
-            torque.iter_mut().zip(&motor).for_each(|(t, m)| *t -= m * known);
+            torque.iter_mut().zip(&motor).for_each(|(t, m)| *t -= m * known.value);
+            given = (known.standard_error > 0.0).then(|| motor.iter().map(|m| m * known.standard_error).collect());
         }
         let encoder = |sd: f64| modulation.omega.iter().map(|w| (sd * w * w).powi(2)).collect();
         JointSignals {
@@ -101,6 +107,8 @@ impl<'a> JointSignals<'a> {
             encoder: [encoder(motion.rotor_sd()), encoder(motion.link_noise.sd)],
             motor: motion.motor_inertia.is_none().then_some(motor),
             torque,
+            given,
+            known_inertia: motion.motor_inertia.map(|known| known.value),
             modulation,
             acting: Vec::new(),
             motor_velocity: None,
@@ -112,9 +120,9 @@ impl<'a> JointSignals<'a> {
         usize::from(self.motor.is_some())
     }
 
-    /// The motor's inertia among these factors; 0 if it is known.
+    /// The motor's inertia: as known, or among these factors.
     fn motor_inertia(&self, factors: &[f64]) -> f64 {
-        if self.motor.is_some() { factors[0] } else { 0.0 }
+        self.known_inertia.unwrap_or_else(|| factors[0])
     }
 
     /// The torque of these effects at every sample, for these factors.
@@ -226,6 +234,7 @@ impl<'a> JointSignals<'a> {
                 .map(|_| Noisy::square(0, 0, &self.encoder[0]))
                 .into_iter()
                 .collect(),
+            given: Vec::new(),
             encoder_noise: Box::new(|x| vec![of_inertia(&self.encoder[0], self.motor_inertia(x))]),
             curves: vec![self.stiffness(vec![1.0], noise, self.link_factor())],
         }
@@ -240,6 +249,7 @@ impl<'a> JointSignals<'a> {
             factors: columns.map(|c| vec![Some(c.clone())]).collect(),
             right: vec![self.torque.clone()],
             noisy: self.noisy([0, 0]),
+            given: Vec::new(),
             encoder_noise: Box::new(move |x| vec![of_inertia(&self.encoder[1], x[link])]),
             curves: vec![self.friction(vec![-1.0], link + 1)],
         }
@@ -252,6 +262,7 @@ impl<'a> JointSignals<'a> {
             factors: vec![vec![Some(self.link.clone())]],
             right: vec![kappa.iter().map(|v| -v).collect()],
             noisy: vec![Noisy::square(0, 0, &self.encoder[1])],
+            given: Vec::new(),
             encoder_noise: Box::new(|x| vec![of_inertia(&self.encoder[1], x[0])]),
             curves: vec![self.friction(vec![-1.0], 1)],
         }
@@ -282,6 +293,7 @@ impl<'a> JointSignals<'a> {
             factors,
             right: vec![self.torque.clone(), zero],
             noisy: self.noisy([0, 1]),
+            given: self.given.iter().map(|motor| vec![Some(motor.clone()), None]).collect(),
             encoder_noise: Box::new(move |x| {
                 let [motor, of_link] = &self.encoder;
                 vec![of_inertia(motor, self.motor_inertia(x)), of_inertia(of_link, x[link])]

@@ -56,7 +56,7 @@ impl Kinks {
             kinks(velocity, acceleration, resolution, noise.cut_off(), motion.step)
         };
         let of_motor = joint.motor_velocity.as_ref().map(|velocity| {
-            let inertia = motion.motor_inertia.unwrap_or(factors[0]);
+            let inertia = motion.motor_inertia.map_or(factors[0], |known| known.value);
             let acceleration = (0..n).map(|i| (motion.torque[i] - elastic(i) - value(2, i)) / inertia);
             kinks_of(
                 &velocity.v,

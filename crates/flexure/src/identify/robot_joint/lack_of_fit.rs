@@ -47,6 +47,7 @@ impl Departure {
             right: equations.right.clone(),
             noise: equations.noise.clone(),
             noisy: equations.noisy.iter().copied().chain(noisy).collect(),
+            given: equations.given.clone(),
         };
         let beside = Beside::new(&all, known)?;
         let mut explained = 0.0;
@@ -68,6 +69,7 @@ impl Departure {
             right: Vec::new(),
             noise: equations.noise.clone(),
             noisy: Vec::new(),
+            given: Vec::new(),
         };
         let observations = 2.0 * solution.lines() as f64;
         let remaining = (observations - all.columns.len() as f64).max(1.0);

@@ -244,6 +244,28 @@ pub const ALIKE: f64 = 0.3;
 /// Terms can be distinguished if the standard error of their factor is at most this share of it.
 pub const COLLINEAR: f64 = 0.15;
 
+// The simulated motion of stretches of a flexible joint.
+
+/// Periods of the joint's resonance in a stretch, and its fewest samples.
+pub const PERIODS_OF_RUN: f64 = 4.0;
+pub const FEWEST_IN_RUN: usize = 60;
+/// Samples of all stretches, at most about.
+pub const SIMULATED_SAMPLES: usize = 20_000;
+/// Rounds that move the initial states alone.
+pub const START_ROUNDS: usize = 2;
+/// The search ends after this many rounds that do not make the errors smaller.
+pub const IDLE_ROUNDS: usize = 4;
+/// The width within which dry friction is softened, as a share of the smallest velocity that is resolved.
+pub const SOFTENED: f64 = 0.2;
+/// The fewest and the most steps of a sample, and the longest step in time constants of the steepest friction, whose slope is taken over this share
+/// of the largest velocity.
+pub const LEAST_SUBSTEPS: usize = 8;
+pub const MOST_SUBSTEPS: usize = 64;
+pub const SLOPE_STEP: f64 = 1e-3;
+pub const STEEPEST_STEP: f64 = 0.5;
+/// Inertias of simulation and equations that differ by more than this many standard errors disagree.
+pub const DISAGREE: f64 = 3.0;
+
 // The free run.
 
 /// The number of samples for minimising the error of a free run.
@@ -251,7 +273,7 @@ pub const POLISHED_SAMPLES: usize = 2000;
 /// The step of difference quotients, as a share of a parameter's scale.
 pub const POLISH_DIFFERENCE: f64 = 1e-3;
 /// The most Gauss-Newton steps, and the share of the mean square by which the last one lowers it.
-pub const POLISH_ROUNDS: usize = 12;
+pub const POLISH_ROUNDS: usize = 20;
 pub const POLISH_SETTLED: f64 = 1e-3;
 /// Inertias of equations and simulation that differ by more than this share cannot both be right. Convention.
 pub const OTHER_INERTIA: f64 = 0.1;

@@ -32,6 +32,11 @@
 //! friction that differ by 2 and 4 % from the published ones, so the equations' result is reported too. The free run's error is mostly an
 //! offset that changes with time, which no constant can follow, and a viscous friction that differs by direction.
 //!
+//! How the torque of a flexible joint divides between motor and spring depends on a small difference of two angles. Noise of the encoders, or a body
+//! that sticks, can shift the inertias from one side to the other by many standard errors. So stretches of a few periods are simulated too. Where
+//! this determines the motor's inertia better than the equations, or contradicts them, the equations are solved again with it. The test
+//! `stretches` measures both on simulated joints.
+//!
 //! | item | what |
 //! |---|---|
 //! | [`RigidJoint`] | position and torque: a rigid axis |
@@ -69,6 +74,8 @@
 //! | `parameters.rs`, `joint_forms.rs` | which parameters the data determine; the forms of all curves together |
 //! | `outcome.rs`, `finding.rs` | the results, with the names of the effects, and what to know before trusting them |
 //! | `replay.rs`, `polish.rs` | the simulated motion of an identified axis; the parameters refined by its error |
+//! | `stretches.rs` | the inertias of a flexible joint from stretches of its simulated motion |
+//! | `kinks.rs`, `reversals.rs` | velocities with their kinks where friction jumps; the delay of a torque under a body that sticks |
 //! | `prediction.rs` | the torque that another motion of the joint needs |
 
 mod basis;
@@ -109,6 +116,7 @@ mod reversals;
 mod rigid;
 mod smooth;
 mod stiff;
+mod stretches;
 mod system;
 mod two_link;
 

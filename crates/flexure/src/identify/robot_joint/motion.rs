@@ -4,6 +4,7 @@ use super::checks;
 use super::equations::Lines;
 use super::fourier::Modulation;
 use super::limits::{BAND_MARGIN, BANDS, FEWEST_LINES, HIGHEST_FLEXIBLE, RESOLVED};
+use super::outcome::Estimated;
 use super::smooth::{Noise, Reflected};
 use crate::error::{Error, Result};
 
@@ -51,7 +52,8 @@ pub(super) struct Motion<'a> {
     pub link: &'a [f64],
     pub torque: &'a [f64],
     pub step: f64,
-    pub motor_inertia: Option<f64>,
+    /// The motor's inertia, if it is known.
+    pub motor_inertia: Option<Estimated>,
     pub motor_noise: Noise,
     pub link_noise: Noise,
     /// The link that carries the motor, if that moves.

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::finding::Finding;
 use super::forms::{FormName, ParametricCurve};
-use super::limits::LARGEST_ERROR;
+use super::limits::{LARGEST_ERROR, REFUTED};
 use crate::bands::Band;
 use crate::quantiles::NORMAL_95;
 
@@ -226,6 +226,16 @@ impl IdentifiedCurve {
         &self.forms[self.best]
     }
 
+    /// The form with the fewest parameters of those that are not refuted, then with the smallest BIC; that with the smallest BIC if all are refuted.
+    pub(super) fn simplest(&self) -> &Fitted {
+        let fits = |form: &&Fitted| form.lack_of_fit.p_value >= REFUTED;
+        let order = |a: &&Fitted, b: &&Fitted| {
+            let by_parameters = a.parameters.len().cmp(&b.parameters.len());
+            by_parameters.then(a.bic.total_cmp(&b.bic))
+        };
+        self.forms.iter().filter(fits).min_by(order).unwrap_or(self.best())
+    }
+
     /// The forms, smallest BIC first.
     pub fn by_bic(&self) -> Vec<&Fitted> {
         let mut forms: Vec<&Fitted> = self.forms.iter().collect();
@@ -290,6 +300,8 @@ pub struct StiffJoint {
 pub struct FlexibleAxis {
     /// The motor's inertia Jm, on the link's side; with a standard error of 0 if it was given.
     pub motor_inertia: Estimated,
+    /// The same by the equations of motion alone, if that of the simulated motion of stretches is surer.
+    pub by_equations: Option<Estimated>,
     /// The stiffness, as the torque kappa over the deflection.
     pub stiffness: IdentifiedCurve,
     /// The same as k(d) = kappa(d) / d, which shows a soft wind-up as a dip at zero.

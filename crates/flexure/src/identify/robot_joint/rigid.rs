@@ -292,6 +292,7 @@ impl Signals {
             factors: factors.map(|column| vec![Some(column)]).collect(),
             right: vec![torque],
             noisy: vec![Noisy::square(INERTIA, 0, &self.encoder)],
+            given: Vec::new(),
             encoder_noise: Box::new(|x| vec![of_inertia(&self.encoder, x[INERTIA])]),
             curves: vec![Curve {
                 kind: CurveKind::Friction,

@@ -102,6 +102,7 @@ fn weighted_by_remainder(columns: &[Column], right: Lines) -> Option<(Solution, 
             right: vec![right.clone()],
             noise: vec![noise],
             noisy: Vec::new(),
+            given: Vec::new(),
         };
         let solution = equations.solve()?;
         let covariance = equations.robust(&solution).covariance;

@@ -137,6 +137,8 @@ pub(super) struct System<'a> {
     pub right: Vec<Lines>,
     /// The noise of the factors' columns.
     pub noisy: Vec<Noisy<'a>>,
+    /// What each known value adds to the right-hand side if it is off by its standard error.
+    pub given: Vec<Column>,
     pub encoder_noise: EncoderNoise<'a>,
     pub curves: Vec<Curve<'a>>,
 }
@@ -213,6 +215,7 @@ impl<'a> System<'a> {
             right: self.right.clone(),
             noise: noise.iter().map(Vec::as_slice).collect(),
             noisy,
+            given: self.given.clone(),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Known joints: what is identified is the truth, and what cannot be is said.
 
-use rand::SeedableRng;
+use rand::{RngExt as _, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
@@ -12,6 +12,7 @@ mod bad_logs;
 mod prediction;
 mod reversals;
 mod stiff;
+mod stretches;
 
 const STEP: f64 = 1e-3;
 

@@ -128,6 +128,7 @@ impl Links {
             factors: self.constants.to_vec(),
             right: vec![on_first.collect(), kappa[1].iter().map(|k| -k).collect()],
             noisy: self.noisy(0, 0, None),
+            given: Vec::new(),
             encoder_noise: Box::new(move |x| self.known(x, rotor).into()),
             curves: vec![
                 joints[0].friction(vec![-1.0, 0.0], CONSTANTS),

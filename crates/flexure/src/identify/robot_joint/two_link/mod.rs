@@ -250,6 +250,7 @@ impl<'a> ArmSignals<'a> {
             factors: self.factors(),
             right: vec![torque(0), torque(1), zero.clone(), zero],
             noisy: self.noisy(),
+            given: Vec::new(),
             encoder_noise: Box::new(|x| {
                 let motor = |i: usize| of_inertia(&self.joints[i].encoder[0], x[factor::MOTORS[i]]);
                 let [first, second] = self.links.known(&x[factor::LINKS..], x[factor::MOTORS[1]]);
