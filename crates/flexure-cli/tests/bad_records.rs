@@ -160,17 +160,17 @@ fn sample_times_that_are_not_uniform() {
         (
             "gap.csv",
             [0.0, 1.0, 3.0, 4.0, 5.0],
-            "gap.csv, line 4: the sample times are not uniform: the step to sample 2 is 2 s, but the typical step is 1 s; bring the record to uniform steps by flexure prepare, --resample 1 -o prepared.csv",
+            "gap.csv, line 4: the sample times are not uniform: the step to sample 2 is 2 s, but the typical step is 1 s; bring the record to uniform steps: flexure prepare FILE --resample 1 -o prepared.csv",
         ),
         (
             "back.csv",
             [5.0, 4.0, 5.0, 6.0, 7.0],
-            "back.csv, line 3: the sample times do not increase: the step to sample 1 is -1 s; if the clock starts again there, the samples before and after are two records: flexure prepare, --cut-samples :1 or 1: -o part.csv, takes one of them; otherwise put the samples in order of time, one an instant",
+            "back.csv, line 3: the sample times do not increase: the step to sample 1 is -1 s; if the clock starts again there, the samples before and after are two records: flexure prepare FILE --cut-samples :1 or 1: -o part.csv takes one of them; otherwise put the samples in order of time, one an instant",
         ),
         (
             "twice.csv",
             [0.0, 1.0, 1.0, 2.0, 3.0],
-            "twice.csv, line 4: the sample times do not increase: the step to sample 2 is 0 s; flexure prepare, --resample S -o prepared.csv, takes the mean of samples at one instant",
+            "twice.csv, line 4: the sample times do not increase: the step to sample 2 is 0 s; flexure prepare FILE --resample S -o prepared.csv takes the mean of samples at one instant",
         ),
         (
             "unknown.csv",

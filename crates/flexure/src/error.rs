@@ -18,10 +18,10 @@ use crate::text::{counted, decimal, exact, list, number, short};
 /// What to do about a step of time, in s, that is not positive.
 fn in_order(sample: usize, step: f64) -> String {
     match step == 0.0 {
-        true => "flexure prepare, --resample S -o prepared.csv, takes the mean of samples at one instant".to_owned(),
+        true => "flexure prepare FILE --resample S -o prepared.csv takes the mean of samples at one instant".to_owned(),
         false => format!(
-            "if the clock starts again there, the samples before and after are two records: flexure prepare, --cut-samples :{sample} or \
-             {sample}: -o part.csv, takes one of them; otherwise put the samples in order of time, one an instant"
+            "if the clock starts again there, the samples before and after are two records: flexure prepare FILE --cut-samples :{sample} or \
+             {sample}: -o part.csv takes one of them; otherwise put the samples in order of time, one an instant"
         ),
     }
 }
@@ -216,7 +216,7 @@ pub enum DataError {
     },
     /// The time column's steps differ.
     #[error(
-        "the sample times are not uniform: the step to sample {sample} is {} s, but the typical step is {} s; bring the record to uniform steps by flexure prepare, --resample {} -o prepared.csv",
+        "the sample times are not uniform: the step to sample {sample} is {} s, but the typical step is {} s; bring the record to uniform steps: flexure prepare FILE --resample {} -o prepared.csv",
         decimal(*.step), decimal(*.expected), decimal(*.expected)
     )]
     NonUniformTime {

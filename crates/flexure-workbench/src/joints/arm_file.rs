@@ -1,7 +1,7 @@
 //! Identified joints as an arm, for simulation and as an arm file.
 
 use anyhow::{Result, anyhow, bail};
-use flexure::identify::robot_joint::{Fitted, FlexibleAxis, FormName, RigidAxis, TwoLinkArm};
+use flexure::identify::robot_joint::{Fitted, FlexibleAxis, FormName, IdentifiedCurve, RigidAxis, TwoLinkArm};
 use flexure::manipulator::{
     Arm, ArmParameters, Drive, Friction, JointKind, JointParameters, Link, LinkDynamics, Parts, SimulationOptions,
     State, simulate,
@@ -34,6 +34,8 @@ const RIGID: &str = "\
 
 /// The mass of a placeholder link, kg.
 const NOTHING: f64 = 1e-9;
+/// The steepest slope of a friction in a simulation, in units of one over the largest velocity.
+const STEEPEST: f64 = 1e4;
 
 /// A link with this moment of inertia about its joint, and nearly without mass.
 fn placeholder(inertia: f64) -> Link {
@@ -65,14 +67,19 @@ pub fn recorded(file: &str) -> Excitation {
     }
 }
 
+/// The friction (12) of a form of this curve. Of a jump the data say only that it is steep: any slope above a limit will do, and the steepest ones
+/// would need endlessly short steps.
+fn friction(form: &Fitted, curve: &IdentifiedCurve) -> Friction {
+    let fastest = curve.x.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let g = |name: &str| form.parameter(name).map_or(0.0, |p| p.value).max(0.0);
+    let slope = |name: &str| g(name).min(STEEPEST / fastest);
+    Friction([g("g1"), slope("g2"), slope("g3"), g("g4"), slope("g5"), g("g6")])
+}
+
 /// The identified joint.
 fn joint(axis: &FlexibleAxis) -> JointParameters {
     let stiffness = &axis.model.stiffness;
     let of = |name: &str| stiffness.parameter(name).map_or(0.0, |p| p.value);
-    let friction = |form: &Fitted| {
-        let g = |name: &str| form.parameter(name).map_or(0.0, |p| p.value).max(0.0);
-        Friction(["g1", "g2", "g3", "g4", "g5", "g6"].map(g))
-    };
     let linear = of("a2");
     JointParameters {
         motor_inertia: axis.motor_inertia.value,
@@ -82,8 +89,11 @@ fn joint(axis: &FlexibleAxis) -> JointParameters {
         windup: of("ksw").clamp(0.0, 0.999 * linear.max(0.0)),
         windup_sharpness: of("asw"),
         damping: axis.damping.map_or(0.0, |c| c.value.max(0.0)),
-        friction: Some(friction(&axis.model.friction)),
-        motor_friction: axis.model.motor_friction.as_ref().map(friction),
+        friction: Some(friction(&axis.model.friction, &axis.link.friction)),
+        motor_friction: {
+            let curves = axis.model.motor_friction.as_ref().zip(axis.motor_friction.as_ref());
+            curves.map(|(form, curve)| friction(form, curve))
+        },
         locked: false,
     }
 }
@@ -170,9 +180,8 @@ pub fn rigid(axis: &RigidAxis, prismatic: bool, log: &Log, place: Place) -> Resu
     let Some(form) = possible.min_by(|a, b| a.bic.total_cmp(&b.bic)) else {
         bail!("an arm file can hold only smooth friction, and no smooth form with positive factors fits this axis");
     };
-    let g = ["g1", "g2", "g3", "g4", "g5", "g6"].map(|g| form.parameter(g).map_or(0.0, |p| p.value));
     let joint = JointParameters {
-        friction: Some(Friction(g)),
+        friction: Some(friction(form, &axis.friction)),
         ..JointParameters::default()
     };
     let arm = single(place.joint, form.inertia.value, joint, JointKind::Rigid);

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use anyhow::{Result, bail};
 use flexure::Error;
+use flexure::identify::robot_joint::gear_ratio;
+use flexure::text::{exact, number};
 use flexure_io::RecordFile;
 
 use crate::Spelling;
@@ -22,6 +24,15 @@ pub fn in_unit<'a>(file: &'a RecordFile, column: &str, unit: &str) -> flexure_io
         Some((own, convert)) => (samples.iter().map(|v| convert(*v)).collect(), Some(own)),
         None => (samples.to_vec(), None),
     })
+}
+
+/// A gear ratio to write, for one from a log: the nearest whole number, if it is near.
+pub fn written_ratio(ratio: f64) -> String {
+    const NEAR: f64 = 0.005;
+    match (ratio / ratio.round() - 1.0).abs() < NEAR {
+        true => exact(ratio.round()),
+        false => number(ratio),
+    }
 }
 
 /// The log of the axes that move.
@@ -68,17 +79,31 @@ impl Log {
     /// Refuses a joint whose motor and link are the same: there is nothing between them.
     pub(super) fn check_deflections(&self, spelling: Spelling) -> Result<()> {
         for (i, axis) in self.axes.iter().enumerate() {
-            if axis.motor.as_ref() == Some(&axis.position) {
-                let name = |kind: &'static str| {
-                    let of_arm = format!("{kind} {}", i + 1);
-                    let name = self.columns.get(kind).or_else(|| self.columns.get(&of_arm));
-                    name.map_or(kind, String::as_str)
-                };
-                let (motor, link) = (name("motor"), name("link"));
+            let Some(motor) = &axis.motor else { continue };
+            let name = |kind: &'static str| {
+                let of_arm = format!("{kind} {}", i + 1);
+                let name = self.columns.get(kind).or_else(|| self.columns.get(&of_arm));
+                name.map_or(kind, String::as_str)
+            };
+            let names = [name("motor"), name("link")];
+            if *motor == axis.position {
                 bail!(
-                    "{}: columns '{motor}' and '{link}' are equal: there is no deflection to see; use {} for a rigid axis",
+                    "{}: columns '{}' and '{}' are equal: there is no deflection to see; use {} for a rigid axis",
                     self.name,
-                    spelling("position", Some(link))
+                    names[0],
+                    names[1],
+                    spelling("position", Some(names[1]))
+                );
+            }
+            if let Some(ratio) = gear_ratio(motor, &axis.position, &axis.torque) {
+                bail!(
+                    "{}: '{}' goes {} times as far as '{}', as an angle before the gear does: {} divides it by the gear ratio and multiplies \
+                     the torque by it; take the ratio of the gear's data sheet",
+                    self.name,
+                    names[0],
+                    number(ratio),
+                    names[1],
+                    spelling("gear-ratio", Some(&written_ratio(ratio)))
                 );
             }
         }

@@ -124,7 +124,7 @@ impl List<'_> {
                 .take(LISTED)
                 .map(|part| format!("{}:{}", part.start, part.end));
             self.warn(format!(
-                "'{name}' starts again at {}: the log has {} parts, which sorting by time would mix. flexure prepare, --cut-samples A:B -o part.csv, takes one of them: {}{}.",
+                "'{name}' starts again at {}: the log has {} parts, which sorting by time would mix. flexure prepare FILE --cut-samples A:B -o part.csv takes one of them: {}{}.",
                 self.places(&starts),
                 parts.len(),
                 ranges.collect::<Vec<_>>().join(" or "),

@@ -1,14 +1,15 @@
 //! Whether a record is the log of a robot's joint, and the command for it.
 
-use flexure::identify::robot_joint::Extra;
+use flexure::identify::robot_joint::{Extra, gear_ratio};
 use flexure::look::{Look, Relation};
-use flexure::text::exact;
+use flexure::text::{exact, number};
 use flexure_io::RecordFile;
 
 use super::Request;
 use super::joint_trial::{Assumed, Failure, Joint, trial};
 use super::roles::{Role, is_force_constant, is_neutral, is_prismatic, is_torque, is_torque_constant, role};
 use super::suggestion::Suggestion;
+use crate::joints::{in_unit, written_ratio};
 use crate::text::quoted;
 
 /// Of this number of samples of all axes, in the middle, the suggested identification is tried. Convention: it takes a few seconds.
@@ -128,6 +129,8 @@ struct Command<'a> {
     options: Vec<String>,
     /// The name and the value of the torque for each unit of the torque column.
     constant: Option<(&'a str, f64)>,
+    /// Of a gear between motor and link.
+    gear_ratio: f64,
     extra: Option<Extra>,
     notes: Vec<String>,
     given: Option<f64>,
@@ -165,6 +168,7 @@ impl<'a> Command<'a> {
         let mut command = Command {
             options,
             constant,
+            gear_ratio: 1.0,
             extra: None,
             notes: Vec::new(),
             given: request.sample_time,
@@ -172,8 +176,9 @@ impl<'a> Command<'a> {
             others: Vec::new(),
             is_current: file.unit(first.torque) == Some("A"),
         };
-        if first.motor.is_none() {
-            command.complete_rigid(file, look, first);
+        match first.motor {
+            Some(motor) => command.complete_flexible(file, [motor, first.position, first.torque]),
+            None => command.complete_rigid(file, look, first),
         }
         if tried.len() == 1 && found > 1 {
             let joints = joints(request, look);
@@ -181,6 +186,25 @@ impl<'a> Command<'a> {
             command.others = others.map(str::to_owned).collect();
         }
         command
+    }
+
+    /// The gear between motor and link.
+    fn complete_flexible(&mut self, file: &RecordFile, [motor, link, torque]: [&str; 3]) {
+        let of = |name: &str, unit: &str| in_unit(file, name, unit).ok().map(|(samples, _)| samples);
+        let (Some(at_motor), Some(at_link), Some(driving)) = (of(motor, "rad"), of(link, "rad"), of(torque, "Nm"))
+        else {
+            return;
+        };
+        if let Some(ratio) = gear_ratio(&at_motor, &at_link, &driving) {
+            let option = written_ratio(ratio);
+            self.gear_ratio = option.parse().unwrap_or(ratio);
+            self.options.extend(["--gear-ratio".to_owned(), option]);
+            self.notes.push(format!(
+                "'{motor}' goes {} times as far as '{link}', as an angle before the gear does. Take the gear ratio of the data sheet; the torque is \
+                 multiplied by it.",
+                number(ratio)
+            ));
+        }
     }
 
     /// Whether it moves along a line, and its position loop.
@@ -212,6 +236,7 @@ impl<'a> Command<'a> {
     fn assumed(&self) -> Assumed {
         Assumed {
             constant: self.constant.map_or(1.0, |(_, value)| value),
+            gear_ratio: self.gear_ratio,
             extra: self.extra,
             is_prismatic: self.is_prismatic(),
         }

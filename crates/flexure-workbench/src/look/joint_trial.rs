@@ -27,6 +27,8 @@ pub(super) struct Joint<'a> {
 pub(super) struct Assumed {
     /// The torque for each unit of the torque column.
     pub constant: f64,
+    /// Of a gear between motor and link.
+    pub gear_ratio: f64,
     pub extra: Option<Extra>,
     pub is_prismatic: bool,
 }
@@ -50,6 +52,7 @@ pub(super) fn trial(
 ) -> Result<f64, Failure> {
     let Assumed {
         constant,
+        gear_ratio,
         extra,
         is_prismatic,
     } = assumed;
@@ -60,9 +63,12 @@ pub(super) fn trial(
     };
     let axis = |joint: &Joint| {
         anyhow::Ok(AxisLog {
-            torque: column(joint.torque, effort, constant)?,
+            torque: column(joint.torque, effort, constant * gear_ratio)?,
             position: column(joint.position, angle, 1.0)?,
-            motor: joint.motor.map(|motor| column(motor, angle, 1.0)).transpose()?,
+            motor: joint
+                .motor
+                .map(|motor| column(motor, angle, 1.0 / gear_ratio))
+                .transpose()?,
             velocity: None,
         })
     };

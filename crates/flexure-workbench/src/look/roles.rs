@@ -40,6 +40,14 @@ const NAMES: [(Role, &[&str]); 8] = [
             "motortorque",
             "motorcurrent",
             "motorvoltage",
+            "trq",
+            "torq",
+            "motortau",
+            "taumotor",
+            "motortrq",
+            "drehmoment",
+            "kraft",
+            "strom",
             "iq",
             "i",
             "im",
@@ -58,12 +66,28 @@ const NAMES: [(Role, &[&str]); 8] = [
             "linkposition",
             "qlink",
             "ql",
-            "jointangle",
+            "linkpos",
+            "poslink",
+            "anglelink",
+            "thetalink",
+            "thetal",
+            "winkel",
+            "lage",
         ],
     ),
     (
         Role::MotorPosition,
-        &["qm", "motorangle", "motorposition", "qmotor", "thetam", "theta_m"],
+        &[
+            "qm",
+            "motorangle",
+            "motorposition",
+            "motorpos",
+            "qmotor",
+            "posmotor",
+            "anglemotor",
+            "thetamotor",
+            "thetam",
+        ],
     ),
     (
         Role::Velocity,
@@ -78,6 +102,9 @@ const NAMES: [(Role, &[&str]); 8] = [
             "omega",
             "linkvelocity",
             "motorvelocity",
+            "linkspeed",
+            "motorspeed",
+            "drehzahl",
         ],
     ),
     (
@@ -115,21 +142,21 @@ fn split(name: &str) -> (String, &str) {
     (base.to_lowercase().replace(['_', ' ', '-', '.'], ""), number)
 }
 
-/// What a name may say besides, before or after the quantity: that it was measured, or commanded. In lower case.
+/// What a name may say besides: where the quantity is, that it was measured, or commanded. In lower case.
+const PLACES: [&str; 4] = ["axis", "joint", "drive", "servo"];
 const MEASURED: [&str; 7] = ["act", "actual", "meas", "measured", "fb", "feedback", "ist"];
 const COMMANDED: [&str; 8] = ["ref", "cmd", "command", "set", "soll", "des", "desired", "target"];
 
-/// The meaning of a name, and the number at its end: the number of the joint.
+/// The meaning of a name, and the number in it: the number of the joint.
 pub fn role(name: &str) -> Option<(Role, &str)> {
-    let name = without_unit(name);
-    plain_role(name).or_else(|| {
-        let (quantity, is_commanded) = unqualified(name)?;
-        let (role, number) = plain_role(quantity)?;
-        Some(match role {
-            Role::Position | Role::MotorPosition | Role::Velocity if is_commanded => (Role::Reference, number),
-            _ => (role, number),
-        })
-    })
+    let Quantity {
+        name,
+        number,
+        is_commanded,
+    } = Quantity::of(without_unit(name));
+    let (role, _) = NAMES.iter().find(|(_, names)| names.contains(&name.as_str()))?;
+    let is_target = is_commanded && matches!(role, Role::Position | Role::MotorPosition | Role::Velocity);
+    Some((if is_target { Role::Reference } else { *role }, number))
 }
 
 /// A name without a unit at its end.
@@ -137,24 +164,59 @@ fn without_unit(name: &str) -> &str {
     unit_at_end(name).map_or(name, |(base, _)| base)
 }
 
-/// The meaning of a name without words for measured and commanded values.
-fn plain_role(name: &str) -> Option<(Role, &str)> {
-    let (base, number) = split(name);
-    let found = NAMES.iter().find(|(_, names)| names.contains(&base.as_str()));
-    found.map(|(role, _)| (*role, number))
+/// What a name says: `ActTorque2` or `Axis 2 torque (measured)` is a torque of joint 2.
+struct Quantity<'a> {
+    /// Its words in lower case, joined, without those of [`PLACES`], [`MEASURED`] and [`COMMANDED`].
+    name: String,
+    /// The number in it; empty if there is none.
+    number: &'a str,
+    is_commanded: bool,
 }
 
-/// The part of a name such as `q_act` that says the quantity, and whether the other part says that it was commanded.
-fn unqualified(name: &str) -> Option<(&str, bool)> {
-    let separators = ['_', ' ', '-', '.'];
-    let (first, rest) = name.split_once(separators)?;
-    let (start, last) = name.rsplit_once(separators)?;
-    let with = |words: &[&str]| {
-        let says = |word: &str| words.contains(&word.to_lowercase().as_str());
-        says(last).then_some(start).or(says(first).then_some(rest))
-    };
-    let measured = with(&MEASURED).map(|quantity| (quantity, false));
-    measured.or_else(|| with(&COMMANDED).map(|quantity| (quantity, true)))
+impl<'a> Quantity<'a> {
+    fn of(name: &'a str) -> Self {
+        let (mut words, mut number) = (Vec::new(), "");
+        for word in words_of(name) {
+            match word.starts_with(|c: char| c.is_ascii_digit()) {
+                true => number = word,
+                false => words.push(word.to_lowercase()),
+            }
+        }
+        let whole = words.concat();
+        let is_known = NAMES.iter().any(|(_, names)| names.contains(&whole.as_str()));
+        let beside = |word: &String| {
+            [&PLACES[..], &MEASURED, &COMMANDED]
+                .iter()
+                .any(|w| w.contains(&word.as_str()))
+        };
+        Quantity {
+            is_commanded: !is_known && words.iter().any(|word| COMMANDED.contains(&word.as_str())),
+            name: match is_known {
+                true => whole,
+                false => words.iter().filter(|word| !beside(word)).map(String::as_str).collect(),
+            },
+            number,
+        }
+    }
+}
+
+/// The words and numbers of a name: `ActPos2` has `Act`, `Pos` and `2`.
+fn words_of(name: &str) -> Vec<&str> {
+    let mut words = Vec::new();
+    for part in name.split(|c: char| !c.is_alphanumeric()) {
+        let (mut start, mut last) = (0, None);
+        for (i, c) in part.char_indices() {
+            let begins =
+                |last: char| last.is_lowercase() && c.is_uppercase() || last.is_ascii_digit() != c.is_ascii_digit();
+            if last.is_some_and(begins) {
+                words.push(&part[start..i]);
+                start = i;
+            }
+            last = Some(c);
+        }
+        words.extend((start < part.len()).then(|| &part[start..]));
+    }
+    words
 }
 
 /// Whether a name says nothing of the quantity: `c0`, `ch1`, `u`.
@@ -167,9 +229,17 @@ pub fn is_neutral(name: &str) -> bool {
 
 /// Whether a name says that the column is a torque, and not only a signal that may drive one.
 pub fn is_torque(name: &str) -> bool {
-    let name = without_unit(name);
-    let quantity = unqualified(name).map_or(name, |(quantity, _)| quantity);
-    ["tau", "torque", "motortorque"].contains(&split(quantity).0.as_str())
+    const TORQUES: [&str; 8] = [
+        "tau",
+        "torque",
+        "trq",
+        "torq",
+        "motortorque",
+        "motortau",
+        "taumotor",
+        "drehmoment",
+    ];
+    TORQUES.contains(&Quantity::of(without_unit(name)).name.as_str())
 }
 
 /// Whether a constant's name says that it is the torque for each unit of a torque column.
@@ -209,7 +279,16 @@ mod tests {
             ("q_ref_deg", Some((Role::Reference, ""))),
             ("tau_Nm", Some((Role::Torque, ""))),
             ("speed_rpm", Some((Role::Velocity, ""))),
+            ("ActTorque", Some((Role::Torque, ""))),
+            ("SetPos", Some((Role::Reference, ""))),
+            ("Axis 2 ActPos", Some((Role::Position, "2"))),
+            ("motor1_angle", Some((Role::MotorPosition, "1"))),
+            ("motor_pos [deg]", Some((Role::MotorPosition, ""))),
+            ("q_link", Some((Role::Position, ""))),
+            ("set_point", Some((Role::Reference, ""))),
+            ("q_des", Some((Role::Reference, ""))),
             ("act", None),
+            ("fuel_pos_flag", None),
             ("flow_cmd", None),
             ("temperature", None),
             ("c0", None),

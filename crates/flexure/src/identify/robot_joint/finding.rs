@@ -160,7 +160,7 @@ impl fmt::Display for Finding {
             Finding::DifferentAngles { ratio } => write!(
                 f,
                 "the motor goes {ratio:.4} times as far as the link: both angles must be in rad, with the same sign, and on the same \
-                 side of the gear; divide the motor's by the gear ratio"
+                 side of the gear; divide the motor's angle by the gear ratio, and multiply a torque of the motor's side by it"
             ),
             Finding::ManyTurns { span } => write!(
                 f,

@@ -318,7 +318,8 @@ impl AxisParts<'_> {
         let motion = self.motion;
         let competing = self.explained.map_or(&[][..], |explained| &explained.competing);
         let mut findings = Vec::new();
-        findings.extend(checks::different_angles(motion.motor, motion.link));
+        let ratio = checks::different_angles(motion.motor, motion.link);
+        findings.extend(ratio.map(|ratio| Finding::DifferentAngles { ratio }));
         findings.extend(checks::clipped(motion.torque));
         findings.extend(checks::motion(&self.joint.v, motion.velocity_resolution()));
         let unresolved = [motion.motor_noise, motion.link_noise]

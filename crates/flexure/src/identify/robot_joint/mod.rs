@@ -123,6 +123,7 @@ mod two_link;
 #[cfg(test)]
 mod tests;
 
+pub use checks::gear_ratio;
 pub use finding::Finding;
 pub use flexible::FlexibleJoint;
 pub use forms::FormName;
