@@ -394,7 +394,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let next = match &arguments.model {
         _ if is_hidden && !arguments.robust => Some(format!("{} --robust", this_command())),
         _ if !holds && is_default && columns.inputs.len() == 1 => Some(format!("{} --structure auto", this_command())),
-        Some(model) if holds => {
+        Some(model) if holds || identified.result.comparison.is_some() => {
             let page = arguments.report.as_ref().map_or("", |_| " --report validated.html");
             let model = quoted(&model.display().to_string());
             Some(format!("flexure validate {model} ANOTHER-LOG{page}"))

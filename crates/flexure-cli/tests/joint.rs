@@ -5,6 +5,8 @@ mod axes;
 #[path = "joint/cannot_tell.rs"]
 mod cannot_tell;
 mod common;
+#[path = "joint/geared.rs"]
+mod geared;
 #[path = "joint/later.rs"]
 mod later;
 #[path = "joint/arm.rs"]

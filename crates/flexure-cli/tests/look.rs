@@ -132,49 +132,6 @@ fn two_encoders_and_two_joints() {
     );
 }
 
-/// Encoder and torque of a motor before its gear, under names as drives have them. The joint twists, so that the motor goes less than 50 times as far.
-#[test]
-fn a_motor_before_its_gear_is_seen_from_the_link() {
-    const RATIO: f64 = 50.0;
-    let folder = Folder::new();
-    folder.write("shoulder.toml", shoulder().replace("linear = 500.0", "linear = 5000.0"));
-    folder.done("simulate shoulder.toml -o one.csv");
-    let text = folder.read("one.csv");
-    let names: Vec<&str> = text.lines().next().unwrap().split(',').collect();
-    let column = |name: &str| names.iter().position(|n| *n == name).unwrap();
-    let [time, motor, link, torque] = ["t", "qm1", "q1", "tau1"].map(column);
-    let mut geared = "t,MotorPos,SetPos,LinkPos,ActTorque\n".to_owned();
-    for line in text.lines().skip(1) {
-        let values: Vec<f64> = line.split(',').map(|v| v.parse().unwrap()).collect();
-        let (motor, torque) = (RATIO * values[motor], values[torque] / RATIO);
-        geared += &format!(
-            "{},{motor},{},{},{torque}\n",
-            values[time],
-            values[link] + 1e-3,
-            values[link]
-        );
-    }
-    folder.write("geared.csv", geared);
-    let said = folder.done("look geared.csv");
-    assert_eq!(
-        next(&said),
-        "flexure joint geared.csv --motor MotorPos --link LinkPos --torque ActTorque --gear-ratio 50 --report report.html"
-    );
-    let columns = "--motor MotorPos --link LinkPos --torque ActTorque";
-    folder.refused(
-        &format!("joint geared.csv {columns}"),
-        1,
-        "geared.csv: 'MotorPos' goes 50.09 times as far as 'LinkPos', as an angle before the gear does: --gear-ratio 50 divides it by the gear \
-         ratio and multiplies the torque by it; take the ratio of the gear's data sheet",
-    );
-    let [geared, plain] = [
-        format!("joint geared.csv {columns} --gear-ratio 50"),
-        "joint one.csv --motor qm1 --link q1 --torque tau1".to_owned(),
-    ]
-    .map(|command| folder.json(&command)["link_inertia"]["value"].as_f64().unwrap());
-    assert!((geared / plain - 1.0).abs() < 1e-3, "{geared} {plain}");
-}
-
 /// What `flexure joint` would refuse, or find an inertia in that cannot be, is not suggested.
 #[test]
 fn no_joint_is_suggested_that_cannot_be_identified() {
@@ -200,6 +157,30 @@ fn no_joint_is_suggested_that_cannot_be_identified() {
     assert!(
         text.contains("No joint can be identified from the motion under 'tau'"),
         "{text}"
+    );
+}
+
+/// A controller's setpoint leads the output, but acts through the controller's output.
+#[test]
+fn a_setpoint_is_no_input_beside_what_its_controller_does() {
+    let folder = Folder::new();
+    let known = common::known(4000, 5);
+    let [op, pv] = ["u", "y"].map(|name| known.column(name).unwrap().to_vec());
+    let sp: Vec<f64> = op
+        .iter()
+        .enumerate()
+        .map(|(i, u)| u + 0.3 * (0.01 * i as f64).sin())
+        .collect();
+    let columns = [("LIC_SP", sp), ("LIC_OP", op), ("LIC_PV", pv)];
+    write_record(folder.path("r.csv"), &Record::new(columns).unwrap()).unwrap();
+    let said = folder.said("look r.csv");
+    assert!(
+        said.contains("'LIC_SP' is left out: by its name it is what a controller aims at."),
+        "{said}"
+    );
+    assert!(
+        said.contains("next: flexure identify r.csv --input LIC_OP --output LIC_PV "),
+        "{said}"
     );
 }
 

@@ -147,6 +147,9 @@ const PLACES: [&str; 4] = ["axis", "joint", "drive", "servo"];
 const MEASURED: [&str; 7] = ["act", "actual", "meas", "measured", "fb", "feedback", "ist"];
 const COMMANDED: [&str; 8] = ["ref", "cmd", "command", "set", "soll", "des", "desired", "target"];
 
+/// Words for what a controller aims at, in lower case. A command may be a plant's input.
+const SETPOINTS: [&str; 7] = ["sp", "soll", "sollwert", "ref", "reference", "target", "desired"];
+
 /// The meaning of a name, and the number in it: the number of the joint.
 pub fn role(name: &str) -> Option<(Role, &str)> {
     let Quantity {
@@ -242,6 +245,15 @@ pub fn is_torque(name: &str) -> bool {
     TORQUES.contains(&Quantity::of(without_unit(name)).name.as_str())
 }
 
+/// Whether a name says that a controller aims at the column: `LIC_SP`, `Sollwert`.
+pub fn is_setpoint(name: &str) -> bool {
+    let words: Vec<String> = words_of(without_unit(name))
+        .into_iter()
+        .map(str::to_lowercase)
+        .collect();
+    words.iter().any(|word| SETPOINTS.contains(&word.as_str())) || words.concat().contains("setpoint")
+}
+
 /// Whether a constant's name says that it is the torque for each unit of a torque column.
 pub fn is_torque_constant(name: &str) -> bool {
     TORQUE_CONSTANTS.contains(&split(name).0.as_str())
@@ -283,7 +295,7 @@ mod tests {
             ("SetPos", Some((Role::Reference, ""))),
             ("Axis 2 ActPos", Some((Role::Position, "2"))),
             ("motor1_angle", Some((Role::MotorPosition, "1"))),
-            ("motor_pos [deg]", Some((Role::MotorPosition, ""))),
+            ("motor_pos", Some((Role::MotorPosition, ""))),
             ("q_link", Some((Role::Position, ""))),
             ("set_point", Some((Role::Reference, ""))),
             ("q_des", Some((Role::Reference, ""))),
@@ -296,6 +308,12 @@ mod tests {
             assert_eq!(role(name), expected, "{name}");
         }
         assert!(is_neutral("c0") && is_neutral("u") && !is_neutral("fuel") && !is_neutral("tau"));
+        assert!(
+            is_setpoint("LIC_SP")
+                && is_setpoint("TempSetPoint [°C]")
+                && !is_setpoint("spindle")
+                && !is_setpoint("flow_cmd")
+        );
         assert!(is_torque("tau_Nm") && !is_torque("force_N"));
         assert!(is_torque_constant("gtau") && is_torque_constant("Torque_constant") && !is_torque_constant("kp"));
     }

@@ -11,7 +11,7 @@ use super::Request;
 use super::joint;
 use super::joint_trial::Failure;
 use super::preparations::{are_wild, even_spacing, repair, with_outliers, without_dead_start, without_outliers};
-use super::roles::{Role, role};
+use super::roles::{Role, is_setpoint, role};
 use crate::text::quoted;
 
 /// With only this number of input levels, a nonlinearity cannot be distinguished from a straight line.
@@ -222,7 +222,23 @@ pub(super) fn signals(request: &Request, look: &Look) -> Option<Signals> {
             },
         });
     }
-    by_dependence(look, &usable, &given, output)
+    // A setpoint acts through what its controller does.
+    let is_target = |i: &usize| is_setpoint(&look.columns[*i].name) && !given.contains(i) && output != Some(*i);
+    let (targets, others): (Vec<usize>, Vec<usize>) = usable.iter().partition(|i| is_target(i));
+    let without = (!targets.is_empty())
+        .then(|| by_dependence(look, &others, &given, output))
+        .flatten();
+    let left_out = |signals: Signals| {
+        let names = quoted(targets.iter().map(|i| look.columns[*i].name.as_str()));
+        let why = format!(
+            "{} {names} is left out: by its name it is what a controller aims at.",
+            signals.why
+        );
+        Signals { why, ..signals }
+    };
+    without
+        .map(left_out)
+        .or_else(|| by_dependence(look, &usable, &given, output))
 }
 
 /// Inputs and output by their dependences: the output follows others most, and others follow it least.
