@@ -280,8 +280,8 @@ fn a_log_that_starts_again_has_parts() {
         .run("look again.csv")
         .stdout
         .replace("\n                      ", " ");
-    let said = "'t' starts again at sample 300 (line 304): the log has 2 parts, which sorting by time would mix. flexure prepare, \
-                --cut-samples A:B -o part.csv, takes one of them: 0:300 or 300:700.";
+    let said = "'t' starts again at sample 300 (line 304): the log has 2 parts, which sorting by time would mix. flexure prepare FILE \
+                --cut-samples A:B -o part.csv takes one of them: 0:300 or 300:700.";
     assert!(looked.contains(said) && !looked.contains("sort the record"), "{looked}");
     assert!(looked.contains("The clock starts again within the log"), "{looked}");
     assert_eq!(

@@ -28,6 +28,12 @@ pub(super) struct Logged<'a> {
     pub step: f64,
 }
 
+impl Logged<'_> {
+    fn deflection(&self) -> Vec<f64> {
+        self.motor.iter().zip(self.link).map(|(m, q)| m - q).collect()
+    }
+}
+
 /// A joint with curves in forms.
 #[derive(Clone)]
 pub(super) struct FormedJoint {
@@ -58,8 +64,7 @@ impl FormedJoint {
     /// hardly shows, which stay.
     fn sizes(&self, log: &Logged) -> Vec<f64> {
         let torque = root_mean_square(log.torque.iter().copied());
-        let terms = |curve: &ParametricCurve, x: &mut dyn FnMut() -> Vec<f64>| -> Vec<f64> {
-            let x = x();
+        let terms = |curve: &ParametricCurve, x: &[f64]| -> Vec<f64> {
             let shaped = ShapedTerm::all(&curve.terms, &curve.logs, curve.width).zip(&curve.terms);
             let size = |(shaped, term): (ShapedTerm, &Term)| match term {
                 Term::Stribeck | Term::TanhDifference | Term::Windup => 0.0,
@@ -67,19 +72,14 @@ impl FormedJoint {
             };
             shaped.map(size).collect()
         };
-        let deflection = || log.motor.iter().zip(log.link).map(|(m, q)| m - q);
         let [motor, link] = log.velocities;
         let twist = root_mean_square(motor.iter().zip(link).map(|(m, q)| m - q));
         let mut sizes = self.inertias.to_vec();
         sizes.extend(self.damping.map(|_| torque / twist.max(f64::MIN_POSITIVE)));
         sizes.extend(self.gravity.iter().flatten().map(|_| torque));
-        sizes.extend(terms(&self.stiffness, &mut || deflection().collect()));
-        sizes.extend(terms(&self.friction, &mut || link.to_vec()));
-        sizes.extend(
-            self.motor_friction
-                .iter()
-                .flat_map(|curve| terms(curve, &mut || motor.to_vec())),
-        );
+        sizes.extend(terms(&self.stiffness, &log.deflection()));
+        sizes.extend(terms(&self.friction, link));
+        sizes.extend(self.motor_friction.iter().flat_map(|curve| terms(curve, motor)));
         sizes
     }
 
@@ -91,7 +91,7 @@ impl FormedJoint {
         // Dry friction is proportional to the velocity within a small width, which is solved for.
         let after = |v: f64, force: f64, dry: f64, width: f64, inertia: f64| {
             let (free, taken) = (v + h * force / inertia, h * dry.max(0.0) / inertia);
-            free - (free * taken / (taken + width)).clamp(-taken, taken)
+            free - (free * taken / (taken + width).max(f64::MIN_POSITIVE)).clamp(-taken, taken)
         };
         let width = |curve: &ParametricCurve| SOFTENED * curve.width;
         let widths = [self.motor_friction.as_ref().map_or(0.0, width), width(&self.friction)];
@@ -133,9 +133,8 @@ impl FormedJoint {
         ((steepest * log.step / STEEPEST_STEP).ceil() as usize).clamp(LEAST_SUBSTEPS, MOST_SUBSTEPS)
     }
 
-    /// The samples of a stretch.
-    fn length(&self, log: &Logged) -> usize {
-        let deflection = root_mean_square(log.motor.iter().zip(log.link).map(|(m, q)| m - q));
+    /// The samples of a stretch, for a deflection of this root mean square.
+    fn length(&self, log: &Logged, deflection: f64) -> usize {
         let stiffness = self.stiffness.value(deflection) / deflection;
         let resonance = (stiffness * (1.0 / self.inertias[0] + 1.0 / self.inertias[1])).sqrt();
         ((PERIODS_OF_RUN * TAU / resonance / log.step) as usize).max(FEWEST_IN_RUN)
@@ -143,7 +142,8 @@ impl FormedJoint {
 
     /// The inertias of motor and link that the simulated motion of stretches says; `None` if it does not determine them.
     pub fn simulated_inertias(&self, log: &Logged) -> Option<[Estimated; 2]> {
-        let length = self.length(log);
+        let deflection = root_mean_square(log.deflection().into_iter());
+        let length = self.length(log, deflection);
         let count = log.torque.len() / length;
         let every = (count * length).div_ceil(SIMULATED_SAMPLES).max(1);
         let start = |first: usize| {
@@ -154,7 +154,6 @@ impl FormedJoint {
             first: i * length,
             start: start(i * length),
         });
-        let deflection = root_mean_square(log.motor.iter().zip(log.link).map(|(m, q)| m - q));
         let velocity = root_mean_square(log.velocities[0].iter().copied());
         let search = Search {
             log,
@@ -315,9 +314,14 @@ impl Search<'_> {
         let mut white = [[1.0, 0.0], [0.0, 1.0]];
         let (mut best, mut smallest, mut since) = (None, f64::INFINITY, 0);
         for round in 0..START_ROUNDS + POLISH_ROUNDS {
-            let locals = self.locals(&joint, &stretches, &white)?;
-            let Step { change, errors } = Self::step(&locals)?;
-            white = whitening(&locals)?;
+            // After a step that is too long, the joint may run away.
+            let Some(locals) = self.locals(&joint, &stretches, &white) else {
+                break;
+            };
+            let (Some(Step { change, errors }), Some(next)) = (Self::step(&locals), whitening(&locals)) else {
+                break;
+            };
+            white = next;
             if round < START_ROUNDS {
                 stretches = self.moved(&stretches, &locals, &[]);
                 continue;
