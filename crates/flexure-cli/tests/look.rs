@@ -175,7 +175,7 @@ fn a_setpoint_is_no_input_beside_what_its_controller_does() {
     write_record(folder.path("r.csv"), &Record::new(columns).unwrap()).unwrap();
     let said = folder.said("look r.csv");
     assert!(
-        said.contains("'LIC_SP' is left out: by its name it is what a controller aims at."),
+        said.contains("Left out: 'LIC_SP', by name what a controller aims at."),
         "{said}"
     );
     assert!(

@@ -94,7 +94,7 @@ pub(super) fn different_angles(motor: &[f64], link: &[f64]) -> Option<f64> {
 }
 
 /// The ratio of a gear between the encoders of motor and link, if the motor goes much farther than the link: angles in rad, one a sample, and the
-/// motor's torque in any unit.
+/// motor's torque in any unit. Of signals of different lengths, the samples that all have count.
 ///
 /// The joint twists under the torque, which makes the plain ratio of the motions too small. So the motor's angle is regressed on the link's, and on
 /// the torque, its cube and the link's rate, which stand for the twist. On four simulated joints of 50:1, whose plain ratios were 49.4 to 49.5, that
@@ -110,6 +110,8 @@ pub(super) fn different_angles(motor: &[f64], link: &[f64]) -> Option<f64> {
 /// assert_eq!(gear_ratio(&link, &link, &torque), None);
 /// ```
 pub fn gear_ratio(motor: &[f64], link: &[f64], torque: &[f64]) -> Option<f64> {
+    let n = motor.len().min(link.len()).min(torque.len());
+    let [motor, link, torque] = [motor, link, torque].map(|signal| &signal[..n]);
     let plain = different_angles(motor, link).filter(|ratio| *ratio > 1.0)?;
     let largest = torque
         .iter()

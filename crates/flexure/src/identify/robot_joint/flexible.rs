@@ -140,8 +140,8 @@ impl FlexibleJoint<'_> {
             step: motion.step,
         };
         let unknown = motion.motor_inertia.is_none();
-        let simulated = unknown.then(|| axis.formed()?.simulated_inertias(&log)).flatten();
-        Some((axis, simulated.map(|[motor, _]| motor)))
+        let simulated = unknown.then(|| axis.formed()?.simulated_inertia(&log)).flatten();
+        Some((axis, simulated))
     }
 
     /// The axis of motor and link as one body: at the motor, if the joint is stiff apart from its clocks, otherwise at the link.

@@ -74,7 +74,7 @@
 //! | `parameters.rs`, `joint_forms.rs` | which parameters the data determine; the forms of all curves together |
 //! | `outcome.rs`, `finding.rs` | the results, with the names of the effects, and what to know before trusting them |
 //! | `replay.rs`, `polish.rs` | the simulated motion of an identified axis; the parameters refined by its error |
-//! | `stretches.rs` | the inertias of a flexible joint from stretches of its simulated motion |
+//! | `stretches.rs` | the motor's inertia of a flexible joint from stretches of its simulated motion |
 //! | `kinks.rs`, `reversals.rs` | velocities with their kinks where friction jumps; the delay of a torque under a body that sticks |
 //! | `prediction.rs` | the torque that another motion of the joint needs |
 

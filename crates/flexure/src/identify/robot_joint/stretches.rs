@@ -1,4 +1,4 @@
-//! The parameters of a flexible joint from stretches of its simulated motion.
+//! The motor's inertia of a flexible joint from stretches of its simulated motion.
 //!
 //! The record is cut into stretches of a few periods of the joint's resonance. Each one is simulated under the recorded torque, with curves in
 //! forms and an initial state of its own, and the errors of both angles are minimised together (multiple shooting; Bock 1983). Unlike the
@@ -46,6 +46,9 @@ pub(super) struct FormedJoint {
     pub friction: ParametricCurve,
     pub motor_friction: Option<ParametricCurve>,
 }
+
+/// The number of the motor's inertia among the inertias and among the parameters.
+const MOTOR: usize = 0;
 
 /// The angles and velocities of motor and link.
 type State = [f64; 4];
@@ -140,8 +143,8 @@ impl FormedJoint {
         ((PERIODS_OF_RUN * TAU / resonance / log.step) as usize).max(FEWEST_IN_RUN)
     }
 
-    /// The inertias of motor and link that the simulated motion of stretches says; `None` if it does not determine them.
-    pub fn simulated_inertias(&self, log: &Logged) -> Option<[Estimated; 2]> {
+    /// The motor's inertia with which the simulated stretches are nearest to the log; `None` if these do not determine it.
+    pub fn simulated_inertia(&self, log: &Logged) -> Option<Estimated> {
         let deflection = root_mean_square(log.deflection().into_iter());
         let length = self.length(log, deflection);
         let count = log.torque.len() / length;
@@ -162,7 +165,7 @@ impl FormedJoint {
             sizes: self.sizes(log),
             state_sizes: [deflection, deflection, velocity, velocity],
         };
-        search.inertias(self.clone(), stretches.collect())
+        search.motor_inertia(self.clone(), stretches.collect())
     }
 }
 
@@ -307,9 +310,9 @@ impl Search<'_> {
         stretches.iter().zip(locals).map(moved).collect()
     }
 
-    /// The inertias by Gauss-Newton steps from this joint and these states: those with the smallest determinant of the errors' mean products (the
+    /// The motor's inertia by Gauss-Newton steps from this joint and these states: that with the smallest determinant of the errors' mean products (the
     /// likelihood of errors of unknown size; Bard 1974). The first rounds move the initial states alone.
-    fn inertias(&self, mut joint: FormedJoint, mut stretches: Vec<Stretch>) -> Option<[Estimated; 2]> {
+    fn motor_inertia(&self, mut joint: FormedJoint, mut stretches: Vec<Stretch>) -> Option<Estimated> {
         let free = self.free();
         let mut white = [[1.0, 0.0], [0.0, 1.0]];
         let (mut best, mut smallest, mut since) = (None, f64::INFINITY, 0);
@@ -332,11 +335,11 @@ impl Search<'_> {
                 since = 0;
             }
             if size < smallest {
-                let inertia = |k: usize| Estimated {
-                    value: joint.inertias[k],
-                    standard_error: errors[k] * self.sizes[k],
-                };
-                (smallest, best) = (size, Some([inertia(0), inertia(1)]));
+                smallest = size;
+                best = Some(Estimated {
+                    value: joint.inertias[MOTOR],
+                    standard_error: errors[MOTOR] * self.sizes[MOTOR],
+                });
             }
             if since == IDLE_ROUNDS {
                 break;
