@@ -3,6 +3,7 @@
 
 use crate::interrupt;
 use crate::linalg;
+use crate::vectors::dot;
 
 /// A step that lowers the sum of squares by at most this share is the last: this is near the effect of rounding.
 const TOLERANCE: f64 = 1e-12;
@@ -20,7 +21,6 @@ pub(crate) struct Linearisation {
 impl Linearisation {
     fn equations(&self) -> NormalEquations {
         let n = self.jacobian.len();
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
         let mut normal = vec![0.0; n * n];
         for i in 0..n {
             for j in 0..=i {

@@ -15,6 +15,7 @@ use super::limits::{
 };
 use crate::linalg::inverse_positive_definite;
 use crate::linear::correlation::{mean, variance};
+use crate::vectors::dot;
 
 /// The ridge of the least squares for columns of unit length. Rounding is of this size.
 const RIDGE: f64 = 1e-12;
@@ -156,25 +157,24 @@ struct LeastSquares {
 impl LeastSquares {
     fn new(columns: &[Vec<f64>], target: &[f64]) -> Option<Self> {
         let q = columns.len();
-        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         // Columns are scaled to unit length, which gives a well-conditioned matrix.
-        let lengths: Vec<f64> = columns.iter().map(|c| product(c, c).sqrt()).collect();
+        let lengths: Vec<f64> = columns.iter().map(|c| dot(c, c).sqrt()).collect();
         if lengths.iter().any(|l| !(*l > 0.0)) {
             return None;
         }
         let normal: Vec<f64> = (0..q * q)
-            .map(|k| product(&columns[k / q], &columns[k % q]) / (lengths[k / q] * lengths[k % q]))
+            .map(|k| dot(&columns[k / q], &columns[k % q]) / (lengths[k / q] * lengths[k % q]))
             .enumerate()
             // Without noise the past determines the present, and columns depend on one another.
             .map(|(k, v)| if k / q == k % q { v + RIDGE } else { v })
             .collect();
-        let right: Vec<f64> = (0..q).map(|i| product(&columns[i], target) / lengths[i]).collect();
+        let right: Vec<f64> = (0..q).map(|i| dot(&columns[i], target) / lengths[i]).collect();
         let unit = inverse_positive_definite(&normal, q)?;
         let inverse: Vec<f64> = (0..q * q)
             .map(|k| unit[k] / (lengths[k / q] * lengths[k % q]))
             .collect();
         let coefficients: Vec<f64> = (0..q)
-            .map(|i| product(&unit[i * q..(i + 1) * q], &right) / lengths[i])
+            .map(|i| dot(&unit[i * q..(i + 1) * q], &right) / lengths[i])
             .collect();
         let error = |t: usize| target[t] - (0..q).map(|i| coefficients[i] * columns[i][t]).sum::<f64>();
         Some(LeastSquares {

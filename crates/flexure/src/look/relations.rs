@@ -2,6 +2,7 @@
 
 use super::limits::{DERIVATIVE_FACTOR, DERIVATIVE_LEFT, ROUNDING, SAME};
 use crate::linear::correlation::{mean, variance};
+use crate::vectors::dot;
 
 /// A column that is computed from another one, or measures the same.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,8 +84,7 @@ struct Proportion {
 
 /// `y` in terms of `x`; `None` if either does not vary.
 fn proportion(x: &[f64], y: &[f64]) -> Option<Proportion> {
-    let sum = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let (xx, xy, yy) = (sum(x, x), sum(x, y), sum(y, y));
+    let (xx, xy, yy) = (dot(x, x), dot(x, y), dot(y, y));
     (xx > 0.0 && yy > 0.0).then(|| Proportion {
         factor: xy / xx,
         left: 1.0 - xy * xy / (xx * yy),

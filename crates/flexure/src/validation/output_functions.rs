@@ -10,6 +10,7 @@
 
 use super::regression::Regression;
 use super::test::{Observed, ResidualTest, TestKind};
+use crate::vectors::dot;
 
 /// Lags m of the input and the output whose linear part is not tested. Convention.
 const LAGS: usize = 5;
@@ -91,10 +92,6 @@ impl Basis {
             self.columns.push(column);
         }
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Subtracts from a column its part along a unit column.

@@ -3,6 +3,7 @@
 use crate::linalg;
 use crate::linear::autoregression::whitening;
 use crate::linear::correlation::mean;
+use crate::vectors::dot;
 
 /// Samples for each coefficient of the autoregression. There are fewer than for a fit's errors, as the fresh part is short; the tests in
 /// `residuals_tests.rs` measure the levels with it.
@@ -117,7 +118,7 @@ impl<'a> Regression<'a> {
             };
             let matrix: Vec<f64> = (0..size * size).map(entry).collect();
             if let Some(slopes) = linalg::solve_positive_definite(&matrix, &with_v) {
-                let share = slopes.iter().zip(&with_v).map(|(a, b)| a * b).sum::<f64>() / squares;
+                let share = dot(&slopes, &with_v) / squares;
                 let slopes: Vec<f64> = slopes.iter().zip(&scale).map(|(b, s)| b / s).collect();
                 return Explained {
                     share: share.clamp(0.0, 1.0 - f64::EPSILON),

@@ -7,7 +7,7 @@ use super::{Refutation, rank};
 use crate::identify::outcome::Verdict;
 use crate::identify::request::{Rank, Structure};
 use crate::identify::result::StructureName;
-use crate::linear::correlation::mean;
+use crate::linear::correlation::mean_square;
 use crate::quantiles::NORMAL_MAD;
 use crate::validation::{LEVEL, PairedComparison, ResidualTest};
 
@@ -66,10 +66,6 @@ impl<'a> Judged<'a> {
         let residuals = self.verdict.residuals.as_ref();
         self.verdict.measures.fit_percent > 0.0 && residuals.is_some_and(|r| r.tests.iter().all(silent))
     }
-}
-
-fn mean_square(errors: &[f64]) -> f64 {
-    mean(&errors.iter().map(|e| e * e).collect::<Vec<f64>>())
 }
 
 /// Errors cut at several robust standard deviations: a few samples at which a candidate extrapolates must not decide.

@@ -11,6 +11,7 @@ use super::signals::convolved;
 use crate::interrupt;
 use crate::linear::levenberg_marquardt::{Linearisation, NormalEquations, Step};
 use crate::parallel;
+use crate::vectors::dot;
 
 /// Residuals over parameters; those before sample `from` do not count.
 pub(in crate::identify) trait Residuals {
@@ -153,8 +154,7 @@ impl Point {
         let n = velocity.len();
         let curvature: Vec<f64> = (0..n)
             .map(|i| {
-                let row = &self.equations.normal[i * n..(i + 1) * n];
-                let linear: f64 = row.iter().zip(&velocity).map(|(g, v)| g * v).sum();
+                let linear = dot(&self.equations.normal[i * n..(i + 1) * n], &velocity);
                 -2.0 / PROBED_SHARE * ((moved[i] - first[i]) / PROBED_SHARE - linear)
             })
             .collect();

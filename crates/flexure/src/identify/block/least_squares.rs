@@ -5,11 +5,11 @@ use super::limits::{CACHE_BLOCK, CHUNK, FIRST_RIDGE, INVERSE_RIDGES, LARGEST_RID
 use crate::linalg;
 use crate::linear::levenberg_marquardt::NormalEquations;
 use crate::parallel;
+use crate::vectors::{add, dot};
 
 /// J'r over the samples from `from` on.
 pub(super) fn inner_products(jacobian: &[Vec<f64>], residuals: &[f64], from: usize) -> Vec<f64> {
-    let dot = |c: &Vec<f64>| c[from..].iter().zip(&residuals[from..]).map(|(c, r)| c * r).sum();
-    parallel::batch(jacobian, dot)
+    parallel::batch(jacobian, |c| dot(&c[from..], &residuals[from..]))
 }
 
 /// J'J, -J'r and r'r over the samples from `from` on.
@@ -27,7 +27,7 @@ pub(in crate::identify) fn normal_equations(residuals: &[f64], jacobian: &[Vec<f
     let size = n + 1;
     let mut sum = vec![0.0; size * size];
     for part in &partial {
-        sum.iter_mut().zip(part).for_each(|(s, p)| *s += p);
+        add(&mut sum, 1.0, part);
     }
     let mut normal = vec![0.0; n * n];
     for i in 0..n {
@@ -54,9 +54,8 @@ pub(in crate::identify) fn least_squares(y: &[f64], columns: &[Vec<f64>], from: 
     let scaled = UnitDiagonal::new(&equations);
     let mut ridges = ridges().take_while(|ridge| *ridge < LARGEST_RIDGE);
     let coefficients = ridges.find_map(|ridge| scaled.solve(&equations.descent, |d| d + ridge))?;
-    let explained = coefficients.iter().zip(&equations.descent).map(|(c, d)| c * d);
     Some(LeastSquares {
-        squares: equations.cost - explained.sum::<f64>(),
+        squares: equations.cost - dot(&coefficients, &equations.descent),
         coefficients,
     })
 }

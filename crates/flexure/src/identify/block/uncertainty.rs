@@ -18,6 +18,7 @@ use crate::identify::result::{BlockKind, CoefficientErrors, LinearBlock, Path};
 use crate::linear::levenberg_marquardt::{Linearisation, NormalEquations};
 use crate::parallel;
 use crate::quantiles::NORMAL_95;
+use crate::vectors::dot;
 
 /// Parameters and their covariance, row by row.
 pub(in crate::identify) struct Uncertainty {
@@ -96,8 +97,7 @@ impl Uncertainty {
 /// The share of the sum of squares that a further Gauss-Newton step would remove.
 fn relative_decrement(equations: &NormalEquations) -> Option<f64> {
     let step = UnitDiagonal::new(equations).solve(&equations.descent, |d| d)?;
-    let fall: f64 = step.iter().zip(&equations.descent).map(|(s, d)| s * d).sum();
-    Some(fall / equations.cost)
+    Some(dot(&step, &equations.descent) / equations.cost)
 }
 
 /// Functions of parameters, with their derivatives.

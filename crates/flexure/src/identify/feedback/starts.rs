@@ -11,6 +11,7 @@ use super::limits::{CORRECTIONS, MOST_DIRECTIONS, PASSES, START_PIECES};
 use super::system::{Entering, Loop, Observed};
 use crate::identify::block::{KinkedSpline, Rational, delayed, dominant_products, least_squares};
 use crate::linear::correlation::mean;
+use crate::vectors::dot;
 
 /// A guess of the nonlinearity's input.
 pub(super) struct Guess {
@@ -244,10 +245,7 @@ fn seen(data: &Observed, guess: &Guess, system: &Loop) -> Option<(Vec<f64>, f64)
     for (u, z) in data.u.iter().zip(&guess.z) {
         columns.iter_mut().zip(&x).for_each(|(c, x)| c.push(*x));
         let w = system.spline.value(*z);
-        let next = |i: usize| {
-            let row = &system.a[i * n..(i + 1) * n];
-            row.iter().zip(&x).map(|(a, x)| a * x).sum::<f64>() + system.bu[i] * u + system.bw[i] * w
-        };
+        let next = |i: usize| dot(&system.a[i * n..(i + 1) * n], &x) + system.bu[i] * u + system.bw[i] * w;
         x = (0..n).map(next).collect();
     }
     columns.push(data.u.clone());

@@ -9,6 +9,7 @@
 use super::limits::FARTHEST;
 use crate::identify::block::{KinkedSpline, Tangent};
 use crate::linalg::{self, Matrix};
+use crate::vectors::{add, dot};
 
 /// The loop and the state in which every experiment starts.
 #[derive(Debug, Clone, PartialEq)]
@@ -214,7 +215,7 @@ impl Loop {
             }
             if !data.missing[k] {
                 let error = data.y[k] - y;
-                next.iter_mut().zip(&self.correction).for_each(|(x, c)| *x += c * error);
+                add(&mut next, error, &self.correction);
             }
             std::mem::swap(&mut x, &mut next);
         }
@@ -385,8 +386,4 @@ impl Moments {
             .max(0.0)
             .sqrt()
     }
-}
-
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -13,13 +13,14 @@
 use super::limits::{CONTINUED_SHARE, NAMING_SHARE, PASSES_CONSTANT, RESPONSE, SMALLEST_GAIN};
 use super::loss::LoopError;
 use super::search::on_breakpoints;
-use super::system::{Entering, Loop, Observed, dot};
+use super::system::{Entering, Loop, Observed};
 use crate::error::Result;
 use crate::identify::block::{Band, Residuals, Scale, Uncertainty, normal_equations, tabulated};
 use crate::identify::result::StaticBlock;
 use crate::linalg::{Matrix, Vector};
 use crate::linear::correlation::{mean, variance};
 use crate::model::{FeedbackLevels, FeedbackModel};
+use crate::vectors::dot;
 
 /// What enters the nonlinearity, as far as it has a name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

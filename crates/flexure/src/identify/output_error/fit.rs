@@ -5,8 +5,9 @@ use super::super::block::{
 };
 use super::integrators::{differenced, trend};
 use super::limits::PASSES;
-use super::system::{LinearSystem, Orders, columns, combined, impulse, lagged};
+use super::system::{LinearSystem, Orders, columns, impulse, lagged};
 use crate::linear::levenberg_marquardt::Linearisation;
+use crate::vectors::combined;
 
 /// What a fit minimises.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,6 +2,7 @@
 
 use super::super::block::{Rational, Signals, delayed};
 use super::integrators::{numerator_polynomial, terms, trend, with_integrators};
+use crate::vectors::combined;
 
 /// The numbers of poles, integrators and numerator coefficients of a system.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -143,15 +144,6 @@ pub fn lagged(orders: &Orders, signals: impl Iterator<Item = Vec<f64>>) -> Vec<V
 /// 1, then zeros.
 pub fn impulse(n: usize) -> Vec<f64> {
     (0..n).map(|t| if t == 0 { 1.0 } else { 0.0 }).collect()
-}
-
-/// The sum of columns, each times its coefficient.
-pub fn combined(columns: &[Vec<f64>], coefficients: &[f64]) -> Vec<f64> {
-    let mut sum = vec![0.0; columns.first().map_or(0, Vec::len)];
-    for (column, c) in columns.iter().zip(coefficients) {
-        sum.iter_mut().zip(column).for_each(|(s, x)| *s += c * x);
-    }
-    sum
 }
 
 /// The first samples of inputs and output; all of them count.

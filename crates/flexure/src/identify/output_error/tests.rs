@@ -12,9 +12,10 @@ use super::held_back::HeldBack;
 use super::integrators as polynomials;
 use super::limits::LAST;
 use super::search::drifts_alone;
-use super::system::{LinearSystem, Numerator, Orders, combined};
+use super::system::{LinearSystem, Numerator, Orders};
 use super::{covariance, search};
 use crate::linear::TransferFunction;
+use crate::vectors::combined;
 
 fn noise(seed: u64, n: usize) -> Vec<f64> {
     let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);

@@ -3,6 +3,7 @@
 use super::super::block::{Scale, regression};
 use super::limits::{PENALTIES, PENALTY_FACTOR, SMALLEST_PENALTY};
 use crate::linalg::{self, Eigen};
+use crate::vectors::{add, dot};
 
 /// The least-squares problem of a constant and columns; the penalty acts on columns of zero mean and unit variance.
 pub(super) struct Ridge {
@@ -52,9 +53,7 @@ impl Ridge {
         let with_output: Vec<f64> = (0..n)
             .map(|i| (equations.descent[i] - samples * mean(i) * level) / scales[i].spread)
             .collect();
-        let products = (vectors.chunks_exact(n))
-            .map(|v| v.iter().zip(&with_output).map(|(v, b)| v * b).sum())
-            .collect();
+        let products = (vectors.chunks_exact(n)).map(|v| dot(v, &with_output)).collect();
         Some(Ridge {
             output_squares: equations.cost - samples * level * level,
             columns: scales,
@@ -103,7 +102,7 @@ impl Ridge {
         let mut c = vec![0.0; n];
         for (k, vector) in self.vectors.chunks_exact(n).enumerate() {
             let weight = self.products[k] / (self.values[k] + penalty);
-            c.iter_mut().zip(vector).for_each(|(c, v)| *c += weight * v);
+            add(&mut c, weight, vector);
         }
         c.iter_mut().zip(&self.columns).for_each(|(c, s)| *c /= s.spread);
         let at_means = c.iter().zip(&self.columns).map(|(c, s)| c * s.mean).sum::<f64>();

@@ -22,6 +22,7 @@ use crate::linalg::{self, WithDeterminant};
 use crate::linear::levenberg_marquardt::NormalEquations;
 use crate::model::{Block, VolterraModel};
 use crate::text::number;
+use crate::vectors::dot;
 
 /// Where the search starts.
 const START: [DecayPrior; 2] = [
@@ -233,8 +234,7 @@ fn evidence(memory: Memory, priors: [DecayPrior; 2], equations: &NormalEquations
         solution: x,
         log_determinant,
     } = linalg::solve_with_determinant(&matrix, &rhs)?;
-    let explained: f64 = x.iter().zip(&rhs).map(|(x, b)| x * b).sum();
-    let variance = (equations.cost - explained).max(1e-12 * equations.cost) / samples;
+    let variance = (equations.cost - dot(&x, &rhs)).max(1e-12 * equations.cost) / samples;
     let deviance = samples * variance.ln() + log_determinant;
     deviance.is_finite().then(|| Evidence {
         deviance,

@@ -22,6 +22,7 @@ use super::rigid::{RigidJoint, extra_parameters};
 use super::smooth::Reflected;
 use super::stretches::{FormedJoint, Logged};
 use crate::error::{DataError, Error, Result};
+use crate::linear::correlation::mean_square;
 
 /// The log of a flexible joint, and known values.
 ///
@@ -261,7 +262,7 @@ impl AxisParts<'_> {
             .filter_map(|effect| {
                 let acts = self.explained?.effects.contains(&effect);
                 let missed = torque_of([effect; 2]);
-                acts.then(|| (effect, root_mean_square(&missed) / root_mean_square(&elastic)))
+                acts.then(|| (effect, mean_square(&missed).sqrt() / mean_square(&elastic).sqrt()))
             });
         let findings = self.findings(memories.collect());
         let secant = outcome.band(stiffness);
@@ -347,10 +348,6 @@ impl AxisParts<'_> {
         findings.extend(checks::in_degrees(&[motion.motor, motion.link]));
         findings
     }
-}
-
-fn root_mean_square(x: &[f64]) -> f64 {
-    (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt()
 }
 
 impl FlexibleAxis {

@@ -13,6 +13,7 @@ use super::limits::{BETTER_BY, POLISH_DIFFERENCE, POLISH_ROUNDS, POLISH_SETTLED,
 use super::outcome::{Estimated, Fitted, Polished, RigidAxis};
 use super::replay::{AxisDrive, Movable};
 use crate::linalg::least_squares;
+use crate::linear::correlation::mean_square;
 use crate::parallel;
 
 /// Substeps a sample while searching.
@@ -200,8 +201,4 @@ fn differing(form: &Fitted, refined: &Fitted) -> Vec<String> {
         .filter(|(_, before, error, after)| (after - before).abs() > DIFFERENT * error)
         .map(|(symbol, ..)| symbol.to_owned())
         .collect()
-}
-
-fn mean_square(x: &[f64]) -> f64 {
-    x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64
 }

@@ -6,6 +6,7 @@ use super::limits::{FORGOTTEN, OVERSTEP, PENALTIES, PENALTY_STEPS, RIDGE, SEGMEN
 use crate::linalg;
 use crate::linear::levenberg_marquardt::{Linearisation, NormalEquations};
 use crate::nonlinearity::{SurfaceAxis, products};
+use crate::vectors::{add, dot};
 
 /// The normal equations of the output error: the columns are the filtered products of splines, the linear part's derivatives and a
 /// constant.
@@ -62,7 +63,7 @@ fn linearised(fit: &Fit, data: &Signals, free: bool) -> Linearisation {
     let g = &fit.linear;
     let mut v = vec![0.0; samples];
     for (column, c) in columns.iter_mut().zip(fit.surface.coefficients()) {
-        v.iter_mut().zip(&*column).for_each(|(v, b)| *v += c * b);
+        add(&mut v, *c, column);
         *column = g.run(column);
     }
     let all_pole = g.all_pole(&v);
@@ -125,8 +126,7 @@ impl Penalty {
             .iter()
             .map(|matrix| {
                 let rows = matrix.chunks_exact(self.size).zip(c);
-                rows.map(|(row, ci)| ci * row.iter().zip(c).map(|(s, cj)| s * cj).sum::<f64>())
-                    .sum()
+                rows.map(|(row, ci)| ci * dot(row, c)).sum()
             })
             .collect()
     }
@@ -178,10 +178,8 @@ pub(super) fn likeliest(
     let (n, size) = (equations.descent.len(), penalty.size);
     // About the origin of the coefficients, not their present values.
     let row = |i: usize| &equations.normal[i * n..i * n + size];
-    let product = |i: usize| row(i).iter().zip(c).map(|(a, c)| a * c).sum::<f64>();
-    let moved: Vec<f64> = (0..n).map(product).collect();
+    let moved: Vec<f64> = (0..n).map(|i| dot(row(i), c)).collect();
     let rhs: Vec<f64> = equations.descent.iter().zip(&moved).map(|(d, m)| d + m).collect();
-    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(a, b)| a * b).sum::<f64>();
     let cost = equations.cost + 2.0 * dot(c, &equations.descent) + dot(c, &moved);
     let typical = (0..size).map(|i| equations.normal[i * n + i]).sum::<f64>() / size as f64;
     let bounds = PENALTIES.map(|p| p * typical.max(f64::MIN_POSITIVE));
@@ -245,7 +243,6 @@ fn under(equations: &NormalEquations, penalty: &Penalty, weights: &[f64], rhs: &
         }
     }
     let inverse = linalg::inverse_positive_definite(&matrix, n)?;
-    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(a, b)| a * b).sum::<f64>();
     let trace = |s: &Vec<f64>| {
         let row = |i: usize| dot(&s[i * size..(i + 1) * size], &inverse[i * n..i * n + size]);
         (0..size).map(row).sum()

@@ -17,6 +17,7 @@ use crate::error::{Error, Result};
 use crate::linalg;
 use crate::linear::levenberg_marquardt::{Linearisation, minimise};
 use crate::sort;
+use crate::vectors::dot;
 
 /// The memory-removed output: noisy values of the nonlinearity itself, as means over cells of the input.
 #[derive(Default)]
@@ -209,7 +210,6 @@ impl Problem<'_> {
             return vec![f64::INFINITY; p.len()];
         };
         let columns = &at.jacobian[without..];
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let norm = |c: &Vec<f64>| dot(c, c).sqrt().max(f64::MIN_POSITIVE);
         let scale: Vec<f64> = columns.iter().map(norm).collect();
         let m = columns.len();

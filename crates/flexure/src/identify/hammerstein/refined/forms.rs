@@ -1,5 +1,7 @@
 //! Physical forms of the nonlinearity.
 
+use crate::vectors::dot;
+
 /// A physical form of a nonlinearity; every one also has an offset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PhysicalForm {
@@ -92,7 +94,7 @@ impl PhysicalForm {
         if functions.len() != coefficients.len() {
             return f64::NAN;
         }
-        functions.iter().zip(coefficients).map(|(f, c)| f * c).sum()
+        dot(&functions, coefficients)
     }
 
     /// The places of the parameters from which on the form is flat, if it is so at both ends.

@@ -21,6 +21,7 @@ use super::loss::Equations;
 use super::piecewise::Term;
 use crate::interrupt;
 use crate::sort;
+use crate::vectors::dot;
 
 /// The blocks of a minimum, with a jump of coefficient 0 at every kink, and the equations there.
 pub(super) struct WithJumps {
@@ -149,8 +150,7 @@ impl WithJumps {
 
     /// By how much a step to the minimum of the equations lowers the squared error.
     pub fn expected_fall(&self, step: &[f64]) -> f64 {
-        let terms = step.iter().zip(&self.equations.normal.descent);
-        terms.map(|(step, descent)| step * descent).sum()
+        dot(step, &self.equations.normal.descent)
     }
 }
 

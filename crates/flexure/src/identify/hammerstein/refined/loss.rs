@@ -12,6 +12,7 @@ use crate::interrupt;
 use crate::linear::Piece;
 use crate::linear::levenberg_marquardt::NormalEquations;
 use crate::parallel;
+use crate::vectors::dot;
 
 /// Samples in a chunk, so that their rows stay in the cache.
 const CHUNK: usize = 256;
@@ -250,10 +251,6 @@ impl<'a> Sensitivities<'a> {
             signal.copy_within(kept.clone(), 0);
         }
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// The equations' sums (the lower triangle of J'J), and rows of the Jacobian with their errors that are still to be added.
