@@ -188,10 +188,42 @@ struct Local {
     errors: Vec<[f64; 2]>,
 }
 
-/// A step of the parameters, in their sizes, with its standard errors.
-struct Step {
-    change: Vec<f64>,
-    errors: Vec<f64>,
+/// The equations of all stretches together.
+struct Total {
+    products: Matrix,
+    moments: Matrix,
+}
+
+impl Total {
+    /// `None` without stretches.
+    fn new(locals: &[Local]) -> Option<Total> {
+        let n = locals.first()?.moments.len();
+        let (mut products, mut moments) = (Matrix::zeros(n, n), Matrix::zeros(n, 1));
+        for local in locals {
+            products += &local.products;
+            moments += &local.moments;
+        }
+        Some(Total { products, moments })
+    }
+
+    /// The step of the parameters, in their sizes.
+    fn step(&self) -> Option<Matrix> {
+        Some(-self.products.clone().cholesky()?.solve(&self.moments))
+    }
+
+    /// The standard error of a parameter after this step, in its size: the jackknife leaves out each stretch in turn.
+    fn error(&self, locals: &[Local], step: &Matrix, parameter: usize) -> Option<f64> {
+        let mut variance = 0.0;
+        for local in locals {
+            let without = Total {
+                products: &self.products - &local.products,
+                moments: &self.moments - &local.moments,
+            };
+            variance += (without.step()?[parameter] - step[parameter]).powi(2);
+        }
+        let share = 1.0 - 1.0 / locals.len() as f64;
+        Some((share * variance).sqrt())
+    }
 }
 
 /// The lower triangular matrix that makes the errors of motor and link uncorrelated and of size one.
@@ -266,29 +298,6 @@ impl Search<'_> {
         })
     }
 
-    /// The step that all stretches make together.
-    fn step(locals: &[Local]) -> Option<Step> {
-        let n = locals.first()?.moments.len();
-        let (mut products, mut moments) = (Matrix::zeros(n, n), Matrix::zeros(n, 1));
-        for local in locals {
-            products += &local.products;
-            moments += &local.moments;
-        }
-        let change = products.clone().cholesky()?.solve(&moments);
-        // Without each stretch in turn.
-        let mut variances = vec![0.0; n];
-        for local in locals {
-            let without = (&products - &local.products).cholesky()?;
-            let moved = without.solve(&(&moments - &local.moments)) - &change;
-            variances.iter_mut().zip(&moved).for_each(|(sum, m)| *sum += m * m);
-        }
-        let share = 1.0 - 1.0 / locals.len() as f64;
-        Some(Step {
-            errors: variances.iter().map(|sum| (share * sum).sqrt()).collect(),
-            change: change.iter().map(|c| -c).collect(),
-        })
-    }
-
     /// The equations of all stretches; `None` if the joint runs away in one of them.
     fn locals(&self, joint: &FormedJoint, stretches: &[Stretch], white: &Whitening) -> Option<Vec<Local>> {
         let locals = parallel::map(stretches.len(), |i| self.local(joint, &stretches[i], white));
@@ -311,42 +320,48 @@ impl Search<'_> {
     }
 
     /// The motor's inertia by Gauss-Newton steps from this joint and these states: that with the smallest determinant of the errors' mean products (the
-    /// likelihood of errors of unknown size; Bard 1974). The first rounds move the initial states alone.
+    /// likelihood of errors of unknown size; Bard 1974).
     fn motor_inertia(&self, mut joint: FormedJoint, mut stretches: Vec<Stretch>) -> Option<Estimated> {
         let free = self.free();
         let mut white = [[1.0, 0.0], [0.0, 1.0]];
+        // First the initial states alone.
+        for _ in 0..START_ROUNDS {
+            let locals = self.locals(&joint, &stretches, &white)?;
+            white = whitening(&locals)?;
+            stretches = self.moved(&stretches, &locals, &[]);
+        }
         let (mut best, mut smallest, mut since) = (None, f64::INFINITY, 0);
-        for round in 0..START_ROUNDS + POLISH_ROUNDS {
+        for _ in 0..POLISH_ROUNDS {
             // After a step that is too long, the joint may run away.
             let Some(locals) = self.locals(&joint, &stretches, &white) else {
                 break;
             };
-            let (Some(Step { change, errors }), Some(next)) = (Self::step(&locals), whitening(&locals)) else {
+            let Some(total) = Total::new(&locals) else { break };
+            let (Some(step), Some(next)) = (total.step(), whitening(&locals)) else {
                 break;
             };
             white = next;
-            if round < START_ROUNDS {
-                stretches = self.moved(&stretches, &locals, &[]);
-                continue;
-            }
             let size = size(&locals);
             since += 1;
             if size < (1.0 - POLISH_SETTLED) * smallest {
                 since = 0;
             }
             if size < smallest {
+                let Some(error) = total.error(&locals, &step, MOTOR) else {
+                    break;
+                };
                 smallest = size;
                 best = Some(Estimated {
                     value: joint.inertias[MOTOR],
-                    standard_error: errors[MOTOR] * self.sizes[MOTOR],
+                    standard_error: error * self.sizes[MOTOR],
                 });
             }
             if since == IDLE_ROUNDS {
                 break;
             }
-            stretches = self.moved(&stretches, &locals, &change);
+            stretches = self.moved(&stretches, &locals, step.as_slice());
             let mut parameters = joint.parameters();
-            for (&k, change) in free.iter().zip(&change) {
+            for (&k, change) in free.iter().zip(&step) {
                 *parameters[k] += change * self.sizes[k];
             }
         }
