@@ -8,7 +8,7 @@
 //! on the other half, and with the equations' result.
 
 use super::finding::Finding;
-use super::forms::{ParametricCurve, ShapedTerm, Term};
+use super::forms::{ParametricCurve, Term};
 use super::limits::{BETTER_BY, POLISH_DIFFERENCE, POLISH_ROUNDS, POLISH_SETTLED, POLISHED_SAMPLES};
 use super::outcome::{Estimated, Fitted, Polished, RigidAxis};
 use super::replay::{AxisDrive, Movable};
@@ -141,17 +141,13 @@ impl RigidAxis {
     /// friction; 0 for fixed ones.
     fn sizes(&self, form: &Fitted) -> Vec<f64> {
         let curve = &form.curve;
-        let mean = |f: &dyn Fn(f64) -> f64| {
-            let squares = self.friction.x.iter().map(|&v| f(v).powi(2));
-            (squares.sum::<f64>() / self.friction.x.len() as f64).sqrt()
-        };
-        let friction = mean(&|v| curve.value(v));
-        let terms = ShapedTerm::all(&curve.terms, &curve.logs, curve.width);
-        let of_terms = terms.zip(&curve.terms).map(|(shaped, term)| match term {
-            Term::Stribeck | Term::TanhDifference => 0.0,
-            _ => friction / mean(&|v| shaped.value(v)).max(f64::MIN_POSITIVE),
-        });
-        std::iter::once(form.inertia.value).chain(of_terms).collect()
+        let v = &self.friction.x;
+        let friction: Vec<f64> = v.iter().map(|&v| curve.value(v)).collect();
+        [
+            vec![form.inertia.value],
+            curve.factor_sizes(v, mean_square(&friction).sqrt()),
+        ]
+        .concat()
     }
 }
 

@@ -8,13 +8,14 @@
 //! Errors of motor and link are weighted by the inverse of their mean products. Standard errors are those of the jackknife over stretches, so that they
 //! hold for errors of any correlation within a stretch (Cameron & Miller 2015, section VI.B).
 
-use super::forms::{ParametricCurve, ShapedTerm, Term};
+use super::forms::ParametricCurve;
 use super::limits::{
     FEWEST_IN_RUN, IDLE_ROUNDS, LEAST_SUBSTEPS, MOST_SUBSTEPS, PERIODS_OF_RUN, POLISH_DIFFERENCE, POLISH_ROUNDS,
     POLISH_SETTLED, SIMULATED_SAMPLES, SLOPE_STEP, SOFTENED, START_ROUNDS, STEEPEST_STEP,
 };
 use super::outcome::Estimated;
 use crate::linalg::Matrix;
+use crate::linear::correlation::mean_square;
 use crate::parallel;
 use std::f64::consts::TAU;
 
@@ -66,23 +67,19 @@ impl FormedJoint {
     /// The change of each parameter that changes a torque, or an inertia, by about itself; 0 for the factors of terms that the simulation
     /// hardly shows, which stay.
     fn sizes(&self, log: &Logged) -> Vec<f64> {
-        let torque = root_mean_square(log.torque.iter().copied());
-        let terms = |curve: &ParametricCurve, x: &[f64]| -> Vec<f64> {
-            let shaped = ShapedTerm::all(&curve.terms, &curve.logs, curve.width).zip(&curve.terms);
-            let size = |(shaped, term): (ShapedTerm, &Term)| match term {
-                Term::Stribeck | Term::TanhDifference | Term::Windup => 0.0,
-                _ => torque / root_mean_square(x.iter().map(|&x| shaped.value(x))).max(f64::MIN_POSITIVE),
-            };
-            shaped.map(size).collect()
-        };
+        let torque = mean_square(log.torque).sqrt();
         let [motor, link] = log.velocities;
-        let twist = root_mean_square(motor.iter().zip(link).map(|(m, q)| m - q));
+        let twist: Vec<f64> = motor.iter().zip(link).map(|(m, q)| m - q).collect();
         let mut sizes = self.inertias.to_vec();
-        sizes.extend(self.damping.map(|_| torque / twist.max(f64::MIN_POSITIVE)));
+        sizes.extend(
+            self.damping
+                .map(|_| torque / mean_square(&twist).sqrt().max(f64::MIN_POSITIVE)),
+        );
         sizes.extend(self.gravity.iter().flatten().map(|_| torque));
-        sizes.extend(terms(&self.stiffness, &log.deflection()));
-        sizes.extend(terms(&self.friction, link));
-        sizes.extend(self.motor_friction.iter().flat_map(|curve| terms(curve, motor)));
+        sizes.extend(self.stiffness.factor_sizes(&log.deflection(), torque));
+        sizes.extend(self.friction.factor_sizes(link, torque));
+        let of_motor = self.motor_friction.as_ref();
+        sizes.extend(of_motor.map_or(Vec::new(), |curve| curve.factor_sizes(motor, torque)));
         sizes
     }
 
@@ -145,7 +142,7 @@ impl FormedJoint {
 
     /// The motor's inertia with which the simulated stretches are nearest to the log; `None` if these do not determine it.
     pub fn simulated_inertia(&self, log: &Logged) -> Option<Estimated> {
-        let deflection = root_mean_square(log.deflection().into_iter());
+        let deflection = mean_square(&log.deflection()).sqrt();
         let length = self.length(log, deflection);
         let count = log.torque.len() / length;
         let every = (count * length).div_ceil(SIMULATED_SAMPLES).max(1);
@@ -157,7 +154,7 @@ impl FormedJoint {
             first: i * length,
             start: start(i * length),
         });
-        let velocity = root_mean_square(log.velocities[0].iter().copied());
+        let velocity = mean_square(log.velocities[0]).sqrt();
         let search = Search {
             log,
             length,
@@ -393,9 +390,4 @@ fn whitening(locals: &[Local]) -> Option<Whitening> {
             [-both / motor / rest.sqrt(), 1.0 / rest.sqrt()],
         ]
     })
-}
-
-fn root_mean_square(x: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = x.fold((0.0, 0.0), |(sum, count), x| (sum + x * x, count + 1.0));
-    (sum / count).sqrt()
 }
