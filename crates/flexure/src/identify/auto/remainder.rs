@@ -6,9 +6,10 @@
 //! the one that explains most counts.
 
 use super::limits::{LAGS, MODERATE, RIDGE, SAMPLES_PER_REGRESSOR};
-use crate::identify::block::{regression, standardised};
+use crate::identify::block::standardised;
 use crate::linalg;
 use crate::linear::correlation::mean;
+use crate::linear::least_squares::regression;
 
 /// The share of the error's variance that is explained out of sample; zero if nothing is, or the samples are too few.
 pub(super) fn explained(error: &[f64], u: &[f64], predicted: &[f64]) -> f64 {

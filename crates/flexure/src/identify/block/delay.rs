@@ -1,7 +1,6 @@
 //! Delays: the lags with zero coefficients in a difference equation; before nonlinearities, the lag with the least equation error of a low
 //! order (Ljung 1999, section 14.5).
 
-use super::least_squares::{UnitDiagonal, least_squares, regression};
 use super::limits::{
     DELAY_EDGE, DELAY_LAGS, DELAY_LEVEL, DELAY_PAST, LINEAR_DELAY_ORDER, LINEAR_DELAY_SLACK, LONGEST_DELAY,
     SPLINE_DELAY_ORDER, SPLINE_DELAY_PIECES, SPLINE_DELAY_SAMPLES, SPLINE_DELAY_SLACK, START_SAMPLES,
@@ -10,6 +9,7 @@ use super::signals::{Signals, delayed};
 use super::spline::KinkedSpline;
 use crate::distributions::chi_squared_quantile;
 use crate::linalg;
+use crate::linear::least_squares::{UnitDiagonal, least_squares, regression};
 use crate::vectors::dot;
 
 /// The delay of every input of a linear system: the largest number of leading coefficients that a test finds to be zero together.

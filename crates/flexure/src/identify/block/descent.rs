@@ -4,12 +4,12 @@
 //! front and the back can exchange any delay that their poles and zeros imitate. A second-order correction, from one more residual along
 //! the step, follows such a valley several times faster.
 
-use super::least_squares::{UnitDiagonal, inner_products, normal_equations};
 use super::limits::{FIRST_DAMPING, LARGEST_CORRECTION, MOST_REJECTIONS, PROBED_SHARE, SMALLEST_DAMPING, StopRule};
 use super::monitor::Monitor;
 use super::signals::convolved;
 use crate::interrupt;
-use crate::linear::levenberg_marquardt::{Linearisation, NormalEquations, Step};
+use crate::linear::least_squares::{NormalEquations, UnitDiagonal, inner_products, normal_equations};
+use crate::linear::levenberg_marquardt::{Linearisation, Step};
 use crate::parallel;
 use crate::vectors::dot;
 

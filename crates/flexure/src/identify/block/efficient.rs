@@ -10,12 +10,12 @@
 //! their covariances allow. If they differ by more, the least-squares estimate is kept.
 
 use super::descent::{Minimum, Residuals, Whitened, descend};
-use super::least_squares::{UnitDiagonal, normal_equations};
 use super::limits::{EFFICIENT, EFFICIENT_LEVEL};
 use super::monitor::Monitor;
 use crate::distributions::chi_squared_quantile;
 use crate::linear::TransferFunction;
 use crate::linear::autoregression::{SAMPLES_PER_COEFFICIENT, whitening};
+use crate::linear::least_squares::{UnitDiagonal, normal_equations};
 use crate::linear::levenberg_marquardt::Linearisation;
 use crate::parallel;
 use crate::vectors::add;

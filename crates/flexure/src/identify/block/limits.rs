@@ -82,16 +82,6 @@ pub const LARGEST_CORRECTION: f64 = 0.75;
 /// rise of the simulation error within chance costs little.
 pub const EFFICIENT_LEVEL: f64 = 1e-4;
 
-/// Samples that a thread takes at a time. It is fixed, so that sums do not depend on the number of threads.
-pub const CHUNK: usize = 4096;
-/// Samples of all columns that are multiplied at a time, few enough for the processor's cache.
-pub const CACHE_BLOCK: usize = 256;
-/// Added to a unit diagonal if columns are nearly dependent: from the first (some hundred times rounding) to the largest, each 100 times
-/// the one before.
-pub const FIRST_RIDGE: f64 = 1e-13;
-pub const LARGEST_RIDGE: f64 = 1e-3;
-/// How many ridges are tried for an inverse. Convention.
-pub const INVERSE_RIDGES: usize = 4;
 /// Power iterations for the dominant singular vectors. Convention.
 pub const POWER_ITERATIONS: usize = 60;
 

@@ -7,7 +7,6 @@
 use super::candidate::Candidate;
 use super::cascade::with_unit_variance;
 use super::hammerstein_branches::branches;
-use super::least_squares::least_squares;
 use super::limits::{CLIMBS, MORE_COEFFICIENTS, MOST_COEFFICIENTS, MOST_POLE_GROUPS, START_PIECES};
 use super::rank_one::dominant_products;
 use super::rational::{Rational, Root, groups, with_conjugates};
@@ -15,6 +14,7 @@ use super::signals::{Signals, delayed};
 use super::spline::KinkedSpline;
 use super::system::{Branch, System};
 use crate::interrupt::{self, Interrupt};
+use crate::linear::least_squares::least_squares;
 use crate::parallel;
 use crate::sort;
 use rand::{RngExt, SeedableRng};

@@ -8,14 +8,14 @@
 
 use super::descent::{Residuals, Whitened};
 use super::efficient::{matrix_product, whitening_filter};
-use super::least_squares::{UnitDiagonal, normal_equations};
 use super::limits::{BAND_POINTS, BAND_STEP};
 use super::loss::Loss;
 use super::signals::Signals;
 use super::system::System;
 use crate::error::Result;
 use crate::identify::result::{BlockKind, CoefficientErrors, LinearBlock, Path};
-use crate::linear::levenberg_marquardt::{Linearisation, NormalEquations};
+use crate::linear::least_squares::{NormalEquations, UnitDiagonal, normal_equations};
+use crate::linear::levenberg_marquardt::Linearisation;
 use crate::parallel;
 use crate::quantiles::NORMAL_95;
 use crate::vectors::dot;

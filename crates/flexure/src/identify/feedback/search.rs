@@ -9,9 +9,10 @@ use super::starts::{guesses, start};
 use super::system::{Entering, Loop, Observed};
 use crate::identify::block::{
     Approximation, EVEN, KINK_EVIDENCE, KINK_PLACES, Kink, KinkedSpline, Monitor, Residuals, Roughness, Signals, Stage,
-    StopRule, approximate, descend, least_squares, robust_to_restart, thinned,
+    StopRule, approximate, descend, robust_to_restart, thinned,
 };
 use crate::identify::result::{Value, Values};
+use crate::linear::least_squares::least_squares;
 use crate::sort;
 
 /// A loop and its sum of squared simulation errors.

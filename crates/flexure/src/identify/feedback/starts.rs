@@ -9,8 +9,9 @@
 
 use super::limits::{CORRECTIONS, MOST_DIRECTIONS, PASSES, START_PIECES};
 use super::system::{Entering, Loop, Observed};
-use crate::identify::block::{KinkedSpline, Rational, delayed, dominant_products, least_squares};
+use crate::identify::block::{KinkedSpline, Rational, delayed, dominant_products};
 use crate::linear::correlation::mean;
+use crate::linear::least_squares::least_squares;
 use crate::vectors::dot;
 
 /// A guess of the nonlinearity's input.

@@ -15,10 +15,11 @@ use super::loss::LoopError;
 use super::search::on_breakpoints;
 use super::system::{Entering, Loop, Observed};
 use crate::error::Result;
-use crate::identify::block::{Band, Residuals, Scale, Uncertainty, normal_equations, tabulated};
+use crate::identify::block::{Band, Residuals, Scale, Uncertainty, tabulated};
 use crate::identify::result::StaticBlock;
 use crate::linalg::{Matrix, Vector};
 use crate::linear::correlation::{mean, variance};
+use crate::linear::least_squares::normal_equations;
 use crate::model::{FeedbackLevels, FeedbackModel};
 use crate::vectors::dot;
 

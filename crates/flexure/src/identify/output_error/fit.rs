@@ -1,11 +1,10 @@
 //! The fit of a system with given orders.
 
-use super::super::block::{
-    Minimum, Monitor, Rational, Residuals, Signals, StopRule, delayed, descend, efficient, least_squares,
-};
+use super::super::block::{Minimum, Monitor, Rational, Residuals, Signals, StopRule, delayed, descend, efficient};
 use super::integrators::{differenced, trend};
 use super::limits::PASSES;
 use super::system::{LinearSystem, Orders, columns, impulse, lagged};
+use crate::linear::least_squares::least_squares;
 use crate::linear::levenberg_marquardt::Linearisation;
 use crate::vectors::combined;
 

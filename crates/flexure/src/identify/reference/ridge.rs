@@ -1,8 +1,9 @@
 //! Ridge regression for all penalties at once, from the spectrum of the columns' correlations.
 
-use super::super::block::{Scale, regression};
+use super::super::block::Scale;
 use super::limits::{PENALTIES, PENALTY_FACTOR, SMALLEST_PENALTY};
 use crate::linalg::{self, Eigen};
+use crate::linear::least_squares::regression;
 use crate::vectors::{add, dot};
 
 /// The least-squares problem of a constant and columns; the penalty acts on columns of zero mean and unit variance.

@@ -8,7 +8,7 @@
 //! TC is a sum of independent steps: $h_1(i) = \sum_{k \ge i} w_k$ with variances $c (\lambda^k - \lambda^{k+1})$. In running sums
 //! of the input the prior is diagonal, and the marginal likelihood needs one factorisation of the normal equations.
 
-use super::super::block::{Scale, Signals, delays, regression};
+use super::super::block::{Scale, Signals, delays};
 use super::limits::{
     CONSTANT_DEVIATION, FIRST_MEMORIES, FIRST_STEPS, LARGEST_LOGARITHMS, LAST_STEP, MOST_ROUNDS, SECOND_MEMORIES,
     VOLTERRA_SAMPLES,
@@ -19,7 +19,7 @@ use crate::identify::result::{BlockKind, Detail, Identification, NamedBlock, Pla
 use crate::identify::run::{Run, path};
 use crate::interrupt;
 use crate::linalg::{self, WithDeterminant};
-use crate::linear::levenberg_marquardt::NormalEquations;
+use crate::linear::least_squares::{NormalEquations, regression};
 use crate::model::{Block, VolterraModel};
 use crate::text::number;
 use crate::vectors::dot;

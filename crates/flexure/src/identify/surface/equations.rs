@@ -1,10 +1,11 @@
 //! The penalised least-squares problem of one Gauss-Newton step: its equations, and the likeliest penalties.
 
-use super::super::block::{Rational, Signals, normal_equations};
+use super::super::block::{Rational, Signals};
 use super::fit::Fit;
 use super::limits::{FORGOTTEN, OVERSTEP, PENALTIES, PENALTY_STEPS, RIDGE, SEGMENT, SETTLED};
 use crate::linalg;
-use crate::linear::levenberg_marquardt::{Linearisation, NormalEquations};
+use crate::linear::least_squares::{NormalEquations, normal_equations};
+use crate::linear::levenberg_marquardt::Linearisation;
 use crate::nonlinearity::{SurfaceAxis, products};
 use crate::vectors::{add, dot};
 

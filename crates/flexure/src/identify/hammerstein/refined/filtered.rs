@@ -16,8 +16,8 @@ use super::limits::{
 };
 use super::linear_part::LinearPart;
 use super::piecewise::{Term, powers};
-use crate::identify::block::regression;
 use crate::interrupt;
+use crate::linear::least_squares::regression;
 
 /// The whitened output, and the filter from a function of the input to it.
 struct Filtered<'a> {

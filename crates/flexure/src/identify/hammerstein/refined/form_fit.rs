@@ -9,15 +9,14 @@
 
 use super::forms::PhysicalForm;
 use super::limits::{
-    DEPENDENT_NOISE, DIFFERENCE_STEP, FINER_STEP, FINER_STEPS, FORM_GROUPS, FORM_LEVEL, FORM_RIDGE, FORM_STARTS,
-    FORM_STEPS, MOST_DEGREE, SMALLEST_PARAMETER,
+    DEPENDENT_NOISE, DIFFERENCE_STEP, FINER_STEP, FINER_STEPS, FORM_GROUPS, FORM_LEVEL, FORM_STARTS, FORM_STEPS,
+    MOST_DEGREE, SMALLEST_PARAMETER,
 };
 use crate::distributions::{chi_squared_above, chi_squared_quantile};
 use crate::error::{Error, Result};
-use crate::linalg;
+use crate::linear::least_squares::{UnitDiagonal, least_squares, normal_equations};
 use crate::linear::levenberg_marquardt::{Linearisation, minimise};
 use crate::sort;
-use crate::vectors::dot;
 
 /// The memory-removed output: noisy values of the nonlinearity itself, as means over cells of the input.
 #[derive(Default)]
@@ -133,27 +132,14 @@ impl Problem<'_> {
         if 2 * counted < weights.len() {
             return None;
         }
-        let n = self.form.names().len() - self.form.searched();
-        let rows: Vec<Vec<f64>> = (self.points.x.iter().zip(&weights))
-            .map(|(x, w)| self.form.functions(searched, *x).iter().map(|f| w * f).collect())
-            .collect();
-        let norm = |i: usize| rows.iter().map(|row| row[i] * row[i]).sum::<f64>();
-        let scale: Vec<f64> = (0..n)
-            .map(|i| if norm(i) > 0.0 { norm(i).sqrt() } else { 1.0 })
-            .collect();
-        let (mut normal, mut rhs) = (vec![0.0; n * n], vec![0.0; n]);
-        for ((row, z), w) in rows.iter().zip(&self.points.value).zip(&weights) {
-            for i in 0..n {
-                rhs[i] += row[i] / scale[i] * w * z;
-                for j in 0..n {
-                    normal[i * n + j] += row[i] * row[j] / (scale[i] * scale[j]);
-                }
-            }
+        let mut columns = vec![Vec::with_capacity(weights.len()); self.form.names().len() - self.form.searched()];
+        for (x, w) in self.points.x.iter().zip(&weights) {
+            let functions = self.form.functions(searched, *x);
+            columns.iter_mut().zip(functions).for_each(|(c, f)| c.push(w * f));
         }
-        (0..n).for_each(|i| normal[i * n + i] += FORM_RIDGE);
-        let c = linalg::solve_positive_definite(&normal, &rhs)?;
-        let linear = c.iter().zip(&scale).map(|(c, s)| c / s);
-        let p: Vec<f64> = searched.iter().copied().chain(linear).collect();
+        let values: Vec<f64> = weights.iter().zip(&self.points.value).map(|(w, z)| w * z).collect();
+        let linear = least_squares(&values, &columns, 0)?.coefficients;
+        let p = [searched, &linear].concat();
         let squares: f64 = self.residuals(&p).iter().map(|r| r * r).sum();
         let share = counted as f64 / weights.len() as f64;
         squares.is_finite().then_some(FittedParameters {
@@ -209,15 +195,10 @@ impl Problem<'_> {
         let Some(at) = self.linearised(p) else {
             return vec![f64::INFINITY; p.len()];
         };
-        let columns = &at.jacobian[without..];
-        let norm = |c: &Vec<f64>| dot(c, c).sqrt().max(f64::MIN_POSITIVE);
-        let scale: Vec<f64> = columns.iter().map(norm).collect();
-        let m = columns.len();
-        let entry = |k: usize| dot(&columns[k / m], &columns[k % m]) / (scale[k / m] * scale[k % m]);
-        let normal: Vec<f64> = (0..m * m).map(entry).collect();
-        let inverse = linalg::inverse_positive_definite(&normal, m);
+        let system = UnitDiagonal::new(&normal_equations(&at.residuals, &at.jacobian[without..], 0));
+        let (inverse, m) = (system.scaled_inverse(0.0), system.scale.len());
         let error = |i: usize| match &inverse {
-            Some(v) => v[i * m + i].max(0.0).sqrt() / scale[i],
+            Some(v) => v[i * m + i].max(0.0).sqrt() / system.scale[i],
             None => f64::INFINITY,
         };
         std::iter::repeat_n(0.0, without).chain((0..m).map(error)).collect()

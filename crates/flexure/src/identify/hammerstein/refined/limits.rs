@@ -154,8 +154,6 @@ pub(super) const FORM_STARTS: usize = 4;
 pub(super) const FORM_STEPS: usize = 60;
 /// Forms: the largest degree of a polynomial. Powers of higher degree cannot be distinguished in double precision.
 pub const MOST_DEGREE: usize = 15;
-/// Forms: added to the unit diagonal of the equations for the linear parameters. Rounding.
-pub(super) const FORM_RIDGE: f64 = 1e-12;
 /// Forms: the step of a central difference relative to a parameter, near the third root of rounding; for smaller parameters than the second
 /// number, relative to that.
 pub(super) const DIFFERENCE_STEP: f64 = 1e-6;

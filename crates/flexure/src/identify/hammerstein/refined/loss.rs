@@ -10,7 +10,7 @@ use super::blocks::{Blocks, Layout, Observed};
 use super::linear_part::{LinearPart, polynomial_product};
 use crate::interrupt;
 use crate::linear::Piece;
-use crate::linear::levenberg_marquardt::NormalEquations;
+use crate::linear::least_squares::NormalEquations;
 use crate::parallel;
 use crate::vectors::dot;
 

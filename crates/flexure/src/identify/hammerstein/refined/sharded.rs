@@ -11,18 +11,17 @@ use serde::{Deserialize, Serialize};
 use super::super::super::robust;
 use super::super::options::RefinedHammerstein;
 use super::blocks::{Blocks, Observed, uncounted};
+use super::descent::raised;
 use super::experiments::Experiments;
 use super::kinks::{Break, Kink, WithJumps, breaks};
-use super::limits::{
-    DAMPING_AFTER_FALL, DAMPING_AFTER_RISE, FIRST_DAMPING, LEAST_RAISED, LEAST_STEP, MOST_DAMPING, MOST_SUMS,
-};
+use super::limits::{DAMPING_AFTER_FALL, FIRST_DAMPING, LEAST_STEP, MOST_DAMPING, MOST_SUMS};
 use super::loss::Equations;
 use super::{Minimum, RefinedMinimum, warnings};
 use crate::error::{DataError, Error, Result};
 use crate::identify::request::Request;
 use crate::identify::result::Identification;
 use crate::identify::warning::Warning;
-use crate::linear::levenberg_marquardt::NormalEquations;
+use crate::linear::least_squares::NormalEquations;
 use crate::record::Record;
 
 /// The sums over the errors of some samples at one point.
@@ -260,11 +259,6 @@ impl ShardedHammerstein {
             .outcome(request, &all, &self.best, self.count(), self.warnings.clone())?;
         robust::warned(result, request)
     }
-}
-
-/// The damping after a step that does not lower the squared error.
-fn raised(damping: f64) -> f64 {
-    (damping * DAMPING_AFTER_RISE).max(LEAST_RAISED)
 }
 
 #[cfg(test)]

@@ -1,19 +1,53 @@
 //! Linear least squares over long columns: inner products in fixed chunks, so that the sums do not depend on the threads, and normal
 //! equations scaled to a unit diagonal.
 
-use super::limits::{CACHE_BLOCK, CHUNK, FIRST_RIDGE, INVERSE_RIDGES, LARGEST_RIDGE};
 use crate::linalg;
-use crate::linear::levenberg_marquardt::NormalEquations;
 use crate::parallel;
 use crate::vectors::{add, dot};
 
+/// Samples that a thread takes at a time. It is fixed, so that sums do not depend on the number of threads.
+const CHUNK: usize = 4096;
+/// Samples of all columns that are multiplied at a time, few enough for the processor's cache.
+const CACHE_BLOCK: usize = 256;
+/// Added to a unit diagonal if columns are nearly dependent: from the first (some hundred times rounding) to the largest, each 100 times
+/// the one before.
+const FIRST_RIDGE: f64 = 1e-13;
+const LARGEST_RIDGE: f64 = 1e-3;
+/// How many ridges are tried for an inverse. Convention.
+const INVERSE_RIDGES: usize = 4;
+/// A sum of squares linearised about a point: all that a step needs.
+#[derive(Clone)]
+pub(crate) struct NormalEquations {
+    /// The sum of squares r'r.
+    pub cost: f64,
+    /// -J'r
+    pub descent: Vec<f64>,
+    /// J'J, row-major, both triangles.
+    pub normal: Vec<f64>,
+}
+
+impl NormalEquations {
+    /// The equations of the other parameters while this one is fixed.
+    pub fn without(&self, fixed: usize) -> NormalEquations {
+        let n = self.descent.len();
+        let kept = || (0..n).filter(|&i| i != fixed);
+        NormalEquations {
+            cost: self.cost,
+            descent: kept().map(|i| self.descent[i]).collect(),
+            normal: kept()
+                .flat_map(|i| kept().map(move |j| self.normal[i * n + j]))
+                .collect(),
+        }
+    }
+}
+
 /// J'r over the samples from `from` on.
-pub(super) fn inner_products(jacobian: &[Vec<f64>], residuals: &[f64], from: usize) -> Vec<f64> {
+pub(crate) fn inner_products(jacobian: &[Vec<f64>], residuals: &[f64], from: usize) -> Vec<f64> {
     parallel::batch(jacobian, |c| dot(&c[from..], &residuals[from..]))
 }
 
 /// J'J, -J'r and r'r over the samples from `from` on.
-pub(in crate::identify) fn normal_equations(residuals: &[f64], jacobian: &[Vec<f64>], from: usize) -> NormalEquations {
+pub(crate) fn normal_equations(residuals: &[f64], jacobian: &[Vec<f64>], from: usize) -> NormalEquations {
     let n = jacobian.len();
     let all: Vec<&[f64]> = jacobian
         .iter()
@@ -43,13 +77,13 @@ pub(in crate::identify) fn normal_equations(residuals: &[f64], jacobian: &[Vec<f
 }
 
 /// Coefficients of columns and the remaining sum of squares.
-pub(in crate::identify) struct LeastSquares {
+pub(crate) struct LeastSquares {
     pub coefficients: Vec<f64>,
     pub squares: f64,
 }
 
 /// The least squares of `y` over the columns from sample `from` on, slightly damped if the columns are nearly dependent.
-pub(in crate::identify) fn least_squares(y: &[f64], columns: &[Vec<f64>], from: usize) -> Option<LeastSquares> {
+pub(crate) fn least_squares(y: &[f64], columns: &[Vec<f64>], from: usize) -> Option<LeastSquares> {
     let equations = regression(y, columns, from);
     let scaled = UnitDiagonal::new(&equations);
     let mut ridges = ridges().take_while(|ridge| *ridge < LARGEST_RIDGE);
@@ -61,7 +95,7 @@ pub(in crate::identify) fn least_squares(y: &[f64], columns: &[Vec<f64>], from: 
 }
 
 /// The normal equations of `y` over the columns from sample `from` on, about the origin of the coefficients.
-pub(in crate::identify) fn regression(y: &[f64], columns: &[Vec<f64>], from: usize) -> NormalEquations {
+pub(crate) fn regression(y: &[f64], columns: &[Vec<f64>], from: usize) -> NormalEquations {
     let minus: Vec<f64> = y.iter().map(|y| -y).collect();
     normal_equations(&minus, columns, from)
 }
@@ -71,7 +105,7 @@ fn ridges() -> impl Iterator<Item = f64> {
 }
 
 /// A normal matrix, scaled to a unit diagonal for a stable factorisation.
-pub(in crate::identify) struct UnitDiagonal {
+pub(crate) struct UnitDiagonal {
     matrix: Vec<f64>,
     pub scale: Vec<f64>,
 }
