@@ -23,6 +23,11 @@ pub struct Numerator {
 }
 
 impl Orders {
+    /// The number of poles, those at 1 included.
+    pub fn order(&self) -> usize {
+        self.poles + self.integrators
+    }
+
     /// The number of coefficients with the offset and the powers of time, without the initial state, whose effect decays.
     pub fn parameters(&self) -> usize {
         self.poles + self.numerators() + 1 + self.integrators
