@@ -12,6 +12,7 @@ use super::search::Search;
 use super::signals::Signals;
 use super::spline::Kink;
 use super::system::{Part, System};
+use crate::sort::sorted;
 
 impl Search<'_, '_> {
     /// Adds kinks to every nonlinearity in which the data show them, one after the other.
@@ -79,7 +80,7 @@ fn kinks(system: &System, part: Part) -> &[Kink] {
 
 /// Adds a kink at the place where it helps most with unchanged linear blocks.
 fn with_kink(system: &System, part: Part, data: &Signals) -> Option<Candidate> {
-    let sorted = sorted(system.entering(part, data));
+    let sorted = sorted(&system.entering(part, data));
     let breakpoints = system.spline(part)?.breakpoints();
     let with = |at: f64, data: &Signals| {
         let mut next = system.clone();
@@ -97,16 +98,11 @@ fn with_kink(system: &System, part: Part, data: &Signals) -> Option<Candidate> {
 
 /// Whether there are samples on either side of all kinks, and between them.
 fn determined(system: &System, part: Part, data: &Signals) -> bool {
-    let sorted_in = sorted(system.entering(part, data));
-    let places = sorted(kinks(system, part).iter().map(|k| k.at).collect());
+    let sorted_in = sorted(&system.entering(part, data));
+    let places = sorted(&kinks(system, part).iter().map(|k| k.at).collect::<Vec<_>>());
     let below = places.iter().map(|at| sorted_in.partition_point(|w| w < at));
     let bounds: Vec<usize> = std::iter::once(0).chain(below).chain([sorted_in.len()]).collect();
     bounds.windows(2).all(|w| w[1] - w[0] >= fewest_in_piece(data))
-}
-
-fn sorted(mut x: Vec<f64>) -> Vec<f64> {
-    x.sort_unstable_by(f64::total_cmp);
-    x
 }
 
 #[cfg(test)]
