@@ -2,8 +2,8 @@
 //! order (Ljung 1999, section 14.5).
 
 use super::limits::{
-    DELAY_EDGE, DELAY_LAGS, DELAY_LEVEL, DELAY_PAST, LINEAR_DELAY_ORDER, LINEAR_DELAY_SLACK, LONGEST_DELAY,
-    SPLINE_DELAY_ORDER, SPLINE_DELAY_PIECES, SPLINE_DELAY_SAMPLES, SPLINE_DELAY_SLACK, START_SAMPLES,
+    DELAY_EDGE, DELAY_LAGS, DELAY_LEVEL, DELAY_PAST, DELAY_RIDGE, LINEAR_DELAY_ORDER, LINEAR_DELAY_SLACK,
+    LONGEST_DELAY, SPLINE_DELAY_ORDER, SPLINE_DELAY_PIECES, SPLINE_DELAY_SAMPLES, SPLINE_DELAY_SLACK, START_SAMPLES,
 };
 use super::signals::{Signals, delayed};
 use super::spline::KinkedSpline;
@@ -52,7 +52,7 @@ fn leading_zeros(data: &Signals, first: &[usize], edge: f64) -> Option<Vec<usize
     let degrees = data.y.len().checked_sub(from + size).filter(|d| *d > 0)?;
     let equations = regression(&data.y, &columns, from);
     let diagonal = UnitDiagonal::new(&equations);
-    let coefficients = diagonal.solve(&equations.descent, |d| d * (1.0 + 1e-12))?;
+    let coefficients = diagonal.solve(&equations.descent, |d| d * (1.0 + DELAY_RIDGE))?;
     let explained = dot(&coefficients, &equations.descent);
     let variance = (equations.cost - explained).max(0.0) / degrees as f64;
     let inverse = diagonal.inverse()?;

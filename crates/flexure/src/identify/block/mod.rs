@@ -50,7 +50,7 @@ pub(super) use {
     equation_error::{EquationError, Judged},
     limits::{
         EVEN, KINK_EVIDENCE, KINK_PLACES, LARGEST_ORDER, LARGEST_START_ORDER, LONGEST_DELAY, PRODUCT_PASSES,
-        START_SAMPLES, StopRule,
+        SETTLED_START, START_SAMPLES, StopRule,
     },
     monitor::{Monitor, Stage},
     prepared::Prepared,

@@ -6,7 +6,7 @@
 //! The same system can be written in many ways. A change of state, the scales of z and w, a slope that moves between f and the linear
 //! part and a level that moves between f and the offset do not change its output. `loss` keeps to steps that change the output.
 
-use super::limits::FARTHEST;
+use super::limits::{FARTHEST, NEGLIGIBLE, STATE_RIDGE};
 use crate::identify::block::{KinkedSpline, Tangent};
 use crate::linalg::{self, Matrix};
 use crate::vectors::{add, dot};
@@ -299,7 +299,7 @@ impl Loop {
         let (z, w) = (moments.spread_of_z(), moments.spread_about_the_line());
         next = next.with_scales_divided(
             if usable(z) { z } else { 1.0 },
-            if w > 1e-9 * moments.spread_of_w() && usable(w) {
+            if w > NEGLIGIBLE * moments.spread_of_w() && usable(w) {
                 w
             } else {
                 1.0
@@ -320,7 +320,7 @@ impl Loop {
         if !(largest > 0.0 && largest.is_finite()) {
             return None;
         }
-        let ridged = covariance + Matrix::identity(n, n) * (1e-12 * largest);
+        let ridged = covariance + Matrix::identity(n, n) * (STATE_RIDGE * largest);
         let factor = ridged.cholesky()?.unpack();
         let inverse = factor.clone().try_inverse()?;
         let product = |m: &Matrix, v: &[f64]| (m * linalg::Vector::from_column_slice(v)).as_slice().to_vec();

@@ -1,7 +1,7 @@
 //! Ridge regression for all penalties at once, from the spectrum of the columns' correlations.
 
 use super::super::block::Scale;
-use super::limits::{PENALTIES, PENALTY_FACTOR, SMALLEST_PENALTY};
+use super::limits::{CONSTANT_COLUMN, PENALTIES, PENALTY_FACTOR, SMALLEST_PENALTY};
 use crate::linalg::{self, Eigen};
 use crate::linear::least_squares::regression;
 use crate::vectors::{add, dot};
@@ -34,7 +34,7 @@ impl Ridge {
         let covariance = |i: usize, j: usize| normal[i * size + j] / samples - mean(i) * mean(j);
         // A column without variance gets no coefficient.
         let spread = |i: usize| {
-            let floor = 1e-12 * normal[i * size + i] / samples;
+            let floor = CONSTANT_COLUMN * normal[i * size + i] / samples;
             let variance = Some(covariance(i, i)).filter(|v| *v > floor);
             variance.map_or(f64::INFINITY, f64::sqrt)
         };

@@ -10,8 +10,8 @@
 
 use super::super::block::{Scale, Signals, delays};
 use super::limits::{
-    CONSTANT_DEVIATION, FIRST_MEMORIES, FIRST_STEPS, LARGEST_LOGARITHMS, LAST_STEP, MOST_ROUNDS, SECOND_MEMORIES,
-    VOLTERRA_SAMPLES,
+    CONSTANT_DEVIATION, FIRST_MEMORIES, FIRST_STEPS, LARGEST_LOGARITHMS, LAST_STEP, LEAST_GAIN, LEAST_SQUARES,
+    MOST_ROUNDS, SECOND_MEMORIES, VOLTERRA_SAMPLES,
 };
 use crate::error::Result;
 use crate::identify::request::{Progress, Request, Structure};
@@ -234,7 +234,7 @@ fn evidence(memory: Memory, priors: [DecayPrior; 2], equations: &NormalEquations
         solution: x,
         log_determinant,
     } = linalg::solve_with_determinant(&matrix, &rhs)?;
-    let variance = (equations.cost - dot(&x, &rhs)).max(1e-12 * equations.cost) / samples;
+    let variance = (equations.cost - dot(&x, &rhs)).max(LEAST_SQUARES * equations.cost) / samples;
     let deviance = samples * variance.ln() + log_determinant;
     deviance.is_finite().then(|| Evidence {
         deviance,
@@ -282,7 +282,7 @@ fn most_likely(memory: Memory, start: [DecayPrior; 2], equations: &NormalEquatio
                 }
             }
         }
-        if before - best.evidence.deviance < 0.1 {
+        if before - best.evidence.deviance < LEAST_GAIN {
             share *= 0.5;
             if share < LAST_STEP {
                 break;

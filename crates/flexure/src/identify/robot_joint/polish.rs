@@ -9,17 +9,14 @@
 
 use super::finding::Finding;
 use super::forms::{ParametricCurve, Term};
-use super::limits::{BETTER_BY, POLISH_DIFFERENCE, POLISH_ROUNDS, POLISH_SETTLED, POLISHED_SAMPLES};
+use super::limits::{
+    BETTER_BY, POLISH_DIFFERENCE, POLISH_DIFFERS, POLISH_ROUNDS, POLISH_SETTLED, POLISH_SUBSTEPS, POLISHED_SAMPLES,
+};
 use super::outcome::{Estimated, Fitted, Polished, RigidAxis};
 use super::replay::{AxisDrive, Movable};
 use crate::linalg::least_squares;
 use crate::linear::correlation::mean_square;
 use crate::parallel;
-
-/// Substeps a sample while searching.
-const SUBSTEPS: usize = 2;
-/// Standard errors beyond which parameters differ.
-const DIFFERENT: f64 = 3.0;
 
 /// A part of the record under its torque.
 struct Run<'a> {
@@ -48,7 +45,7 @@ impl Run<'_> {
             friction: &friction,
             extras: self.axis.position_dependent(),
             sample_time: self.axis.sample_time,
-            substeps: SUBSTEPS,
+            substeps: POLISH_SUBSTEPS,
         };
         let motion = axis.positions(AxisDrive::Torque(self.torque), [self.position[0], self.velocity]);
         let both = motion.iter().zip(self.position).step_by(self.every);
@@ -194,7 +191,7 @@ fn differing(form: &Fitted, refined: &Fitted) -> Vec<String> {
     let parameters = parameters.map(|(p, r)| (p.symbol.as_str(), p.value, p.standard_error, r.value));
     std::iter::once(inertia)
         .chain(parameters)
-        .filter(|(_, before, error, after)| (after - before).abs() > DIFFERENT * error)
+        .filter(|(_, before, error, after)| (after - before).abs() > POLISH_DIFFERS * error)
         .map(|(symbol, ..)| symbol.to_owned())
         .collect()
 }

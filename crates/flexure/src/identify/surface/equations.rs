@@ -2,7 +2,9 @@
 
 use super::super::block::{Rational, Signals};
 use super::fit::Fit;
-use super::limits::{FORGOTTEN, OVERSTEP, PENALTIES, PENALTY_STEPS, RIDGE, SEGMENT, SETTLED};
+use super::limits::{
+    FORGOTTEN, LEAST_SHARE, LEAST_SQUARES, OVERSTEP, PENALTIES, PENALTY_STEPS, RIDGE, SEGMENT, SETTLED, ZERO_EIGENVALUE,
+};
 use crate::linalg;
 use crate::linear::least_squares::{NormalEquations, normal_equations};
 use crate::linear::levenberg_marquardt::Linearisation;
@@ -110,7 +112,7 @@ impl Penalty {
             }
             matrices.push(matrix);
             let along = linalg::symmetric_eigen(&own, m)?.values;
-            let floor = 1e-10 * along.iter().copied().fold(0.0, f64::max);
+            let floor = ZERO_EIGENVALUE * along.iter().copied().fold(0.0, f64::max);
             let clean = |e: f64| if e > floor { e } else { 0.0 };
             eigenvalues.push((0..size).map(|j| clean(along[index(j, axis)])).collect());
         }
@@ -196,12 +198,12 @@ pub(super) fn likeliest(
         let quadratic: f64 = (0..n)
             .map(|i| unknowns[i] * dot(&equations.normal[i * n..(i + 1) * n], &unknowns))
             .sum();
-        let squares = (cost - 2.0 * dot(&unknowns, &rhs) + quadratic).max(1e-14 * cost);
+        let squares = (cost - 2.0 * dot(&unknowns, &rhs) + quadratic).max(LEAST_SQUARES * cost);
         let variance = squares / (samples as f64 - effective - (n - size) as f64).max(1.0);
         let shares = penalty.shares(&weights);
         let next: Vec<f64> = (0..weights.len())
             .map(|a| {
-                let gain = (shares[a] - traces[a]).max(1e-12);
+                let gain = (shares[a] - traces[a]).max(LEAST_SHARE);
                 let ratio = variance * gain / roughness[a].max(f64::MIN_POSITIVE);
                 let target = weights[a] * ratio.powf(OVERSTEP);
                 target.clamp(bounds[0], bounds[1])

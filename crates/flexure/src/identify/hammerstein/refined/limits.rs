@@ -118,6 +118,11 @@ pub(super) const DAMPING_AFTER_RISE: f64 = 30.0;
 pub(super) const LEAST_RAISED: f64 = 1e-5;
 pub(super) const MOST_DAMPING: f64 = 1e4;
 
+/// Loss: samples in a chunk, so that their rows stay in the cache.
+pub(super) const CHUNK: usize = 256;
+/// Loss: rows of the Jacobian that are added to the equations at a time, which saves passes over the matrix.
+pub(super) const ROWS: usize = 4;
+
 /// Shards: a step that lowers the squared error by no more than this share of an error's variance, and so is no longer than a hundredth of
 /// a standard error, is not taken. Convention.
 pub(super) const LEAST_STEP: f64 = 1e-4;

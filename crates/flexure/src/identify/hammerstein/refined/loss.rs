@@ -7,17 +7,13 @@
 use std::ops::Range;
 
 use super::blocks::{Blocks, Layout, Observed};
+use super::limits::{CHUNK, ROWS};
 use super::linear_part::{LinearPart, polynomial_product};
 use crate::interrupt;
 use crate::linear::Piece;
 use crate::linear::least_squares::NormalEquations;
 use crate::parallel;
 use crate::vectors::dot;
-
-/// Samples in a chunk, so that their rows stay in the cache.
-const CHUNK: usize = 256;
-/// Rows of the Jacobian that are added to the equations at a time, which saves passes over the matrix.
-const ROWS: usize = 4;
 
 /// The normal equations of the prediction error: J is the derivative of the prediction.
 #[derive(Clone)]
