@@ -109,20 +109,13 @@ fn determined(system: &System, part: Part, data: &Signals) -> bool {
 mod tests {
     use std::ops::ControlFlow;
 
-    use rand::SeedableRng;
-    use rand_distr::{Distribution, StandardNormal};
-
     use super::super::cascade::fit_nonlinearity;
     use super::super::monitor::Monitor;
     use super::super::rational::Rational;
     use super::super::spline::KinkedSpline;
     use super::super::system::{Branch, FreeParts};
     use super::*;
-
-    fn normal(n: usize, seed: u64) -> Vec<f64> {
-        let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
-        (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
-    }
+    use crate::signal::gaussian;
 
     fn front() -> Rational {
         Rational::from_polynomials(vec![0.6, 0.2], &[1.0, -0.5]).unwrap()
@@ -130,11 +123,11 @@ mod tests {
 
     /// The result of the search for a curve after [`front`], with noise of 0.05.
     fn found(curve: fn(f64) -> f64, seed: u64) -> (Vec<f64>, Branch) {
-        let u = normal(3000, seed);
+        let u = gaussian(3000, seed);
         let w = front().run(&u);
         let y = w
             .iter()
-            .zip(normal(3000, seed + 100))
+            .zip(gaussian(3000, seed + 100))
             .map(|(w, e)| curve(*w) + 0.05 * e);
         let data = Signals::of_input(u, y.collect(), 50);
         let go = &mut |_: &str| ControlFlow::Continue(());
@@ -180,7 +173,7 @@ mod tests {
 
     #[test]
     fn a_kink_needs_samples_on_either_side() {
-        let data = Signals::of_input(normal(1000, 5), vec![0.0; 1000], 0);
+        let data = Signals::of_input(gaussian(1000, 5), vec![0.0; 1000], 0);
         let with = |places: &[f64]| {
             let mut spline = KinkedSpline::new(&[-1.0, 1.0]);
             spline.kinks = places.iter().map(|at| Kink { at: *at, bend: 1.0 }).collect();
