@@ -31,9 +31,9 @@ use super::block::{KinkedSpline, Monitor, Prepared, Scale};
 use crate::error::Result;
 use crate::identify::request::{Progress, Rank, Request, Structure};
 use crate::identify::result::{
-    BlockKind, Detail, FeedbackBlock, Identification, NamedBlock, Place, Score, StructureName, Values,
+    BlockKind, Detail, FeedbackBlock, Identification, NamedBlock, Place, StructureName, Values,
 };
-use crate::identify::run::{Run, path};
+use crate::identify::run::{Run, approximation_scores, path};
 use crate::linear::autoregression::{SAMPLES_PER_COEFFICIENT, whitening};
 use crate::model::FeedbackModel;
 use crate::text::number;
@@ -221,14 +221,8 @@ fn details(units: &InUnits, best: &LoopCandidate, approximations: &[f64], output
         false => "beyond, it goes on straight",
     };
     let order = best.system.order();
-    let scores = (1..=approximations.len()).contains(&order).then(|| Score {
-        x_label: "order of the linear approximation".to_owned(),
-        y_label: "relative error".to_owned(),
-        logarithmic: false,
-        x: (1..=approximations.len()).map(|n| n as f64).collect(),
-        y: approximations.to_vec(),
-        chosen: order as f64,
-    });
+    let orders: Vec<usize> = (1..=approximations.len()).collect();
+    let scores = approximation_scores(&orders, approximations.to_vec(), order);
     let range = format!("{} to {}", number(low), number(high));
     vec![
         Detail::new("entering", key).shown(

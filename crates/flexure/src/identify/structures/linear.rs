@@ -193,14 +193,9 @@ fn score(found: &Search) -> Score {
     let tried: Vec<usize> = (0..=most.unwrap_or(0))
         .filter(|count| best(*count).is_finite())
         .collect();
-    Score {
-        x_label: "poles".to_owned(),
-        y_label: "relative error, held back".to_owned(),
-        logarithmic: false,
-        x: tried.iter().map(|count| *count as f64).collect(),
-        y: tried.iter().map(|count| best(*count)).collect(),
-        chosen: found.system.orders.order() as f64,
-    }
+    let errors = tried.iter().map(|count| best(*count)).collect();
+    let labels = ["poles", "relative error, held back"];
+    Score::of_numbers(labels, &tried, errors, found.system.orders.order())
 }
 
 /// The number of integrators, and the level of each input that counts as zero.
