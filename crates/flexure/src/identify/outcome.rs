@@ -1,7 +1,7 @@
 //! Whether a model holds on fresh data.
 
 use super::limits::{MOST_OF_THE_ERROR, MOSTLY, NEARLY_ALL, NEGLIGIBLE_MISFIT};
-use crate::linear::correlation::mean;
+use crate::linear::correlation::about_mean;
 use crate::outliers::standing_alone;
 use crate::text::{self, capitalised, counted, nearly_all, p_value, percent};
 use crate::validation::{Estimated, FitMeasures, ResidualTest, ResidualTests};
@@ -124,12 +124,7 @@ impl Verdict {
         predicted: &[f64],
         estimated: Option<Estimated>,
     ) -> crate::Result<Vec<Self>> {
-        let deviations: Vec<Vec<f64>> = (inputs.iter())
-            .map(|u| {
-                let centre = mean(u);
-                u.iter().map(|u| u - centre).collect()
-            })
-            .collect();
+        let deviations: Vec<Vec<f64>> = inputs.iter().map(|u| about_mean(u)).collect();
         let pairs = (0..inputs.len()).flat_map(|i| (i + 1..inputs.len()).map(move |j| (i, j)));
         let products = pairs.map(|(i, j)| deviations[i].iter().zip(&deviations[j]).map(|(a, b)| a * b).collect());
         let tested: Vec<Vec<f64>> = inputs.iter().map(|u| u.to_vec()).chain(products).collect();

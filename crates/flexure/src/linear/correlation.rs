@@ -75,6 +75,12 @@ pub(crate) fn weighted_mean(values: &[f64], weights: Option<&[f64]>) -> f64 {
     first + about(first)
 }
 
+/// The values minus their mean.
+pub(crate) fn about_mean(values: &[f64]) -> Vec<f64> {
+    let centre = mean(values);
+    values.iter().map(|v| v - centre).collect()
+}
+
 /// The mean of the squares; 0 without values.
 pub(crate) fn mean_square(values: &[f64]) -> f64 {
     if values.is_empty() {

@@ -13,7 +13,7 @@ use super::dependence::blocks;
 use super::limits::{
     AIMED_BLOCKS, DRIVEN, DRIVEN_SHARE, FEWEST_INTEGRATED, INTEGRATED_LAGS, SETTLES, SLOWER, STANDARD_ERRORS,
 };
-use crate::linear::correlation::{mean, variance};
+use crate::linear::correlation::{about_mean, variance};
 use crate::linear::least_squares::{UnitDiagonal, regression};
 use crate::vectors::{combined, dot};
 
@@ -135,8 +135,7 @@ impl Regression {
 
 /// A column about its mean, in standard deviations; `None` if it does not vary.
 fn scaled(column: &[f64]) -> Option<Vec<f64>> {
-    let centre = mean(column);
-    let deviations: Vec<f64> = column.iter().map(|v| v - centre).collect();
+    let deviations = about_mean(column);
     let spread = variance(&deviations).sqrt();
     let largest = column.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     (spread > 1e-9 * largest).then(|| deviations.iter().map(|v| v / spread).collect())
