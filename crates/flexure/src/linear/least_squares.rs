@@ -1,6 +1,8 @@
 //! Linear least squares over long columns: inner products in fixed chunks, so that the sums do not depend on the threads, and normal
 //! equations scaled to a unit diagonal.
 
+use serde::{Deserialize, Serialize};
+
 use crate::linalg;
 use crate::parallel;
 use crate::vectors::{add, dot};
@@ -16,7 +18,7 @@ const LARGEST_RIDGE: f64 = 1e-3;
 /// How many ridges are tried for an inverse. Convention.
 const INVERSE_RIDGES: usize = 4;
 /// A sum of squares linearised about a point: all that a step needs.
-#[derive(Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct NormalEquations {
     /// The sum of squares r'r.
     pub cost: f64,
@@ -27,6 +29,22 @@ pub(crate) struct NormalEquations {
 }
 
 impl NormalEquations {
+    /// Of no samples yet.
+    pub fn zero(parameters: usize) -> NormalEquations {
+        NormalEquations {
+            cost: 0.0,
+            descent: vec![0.0; parameters],
+            normal: vec![0.0; parameters * parameters],
+        }
+    }
+
+    /// Adds those of other samples at the same point.
+    pub fn add(&mut self, other: &NormalEquations) {
+        self.cost += other.cost;
+        add(&mut self.descent, 1.0, &other.descent);
+        add(&mut self.normal, 1.0, &other.normal);
+    }
+
     /// The equations of the other parameters while this one is fixed.
     pub fn without(&self, fixed: usize) -> NormalEquations {
         let n = self.descent.len();
@@ -85,9 +103,7 @@ pub(crate) struct LeastSquares {
 /// The least squares of `y` over the columns from sample `from` on, slightly damped if the columns are nearly dependent.
 pub(crate) fn least_squares(y: &[f64], columns: &[Vec<f64>], from: usize) -> Option<LeastSquares> {
     let equations = regression(y, columns, from);
-    let scaled = UnitDiagonal::new(&equations);
-    let mut ridges = ridges().take_while(|ridge| *ridge < LARGEST_RIDGE);
-    let coefficients = ridges.find_map(|ridge| scaled.solve(&equations.descent, |d| d + ridge))?;
+    let coefficients = UnitDiagonal::new(&equations).ridged_solution(&equations.descent)?;
     Some(LeastSquares {
         squares: equations.cost - dot(&coefficients, &equations.descent),
         coefficients,
@@ -135,6 +151,12 @@ impl UnitDiagonal {
         let scaled: Vec<f64> = rhs.iter().zip(&self.scale).map(|(r, s)| r / s).collect();
         let x = linalg::solve_positive_definite(&self.with_diagonal(change), &scaled)?;
         Some(x.iter().zip(&self.scale).map(|(x, s)| x / s).collect())
+    }
+
+    /// The solution with the smallest of the ridges with which there is one.
+    pub fn ridged_solution(&self, rhs: &[f64]) -> Option<Vec<f64>> {
+        let mut ridges = ridges().take_while(|ridge| *ridge < LARGEST_RIDGE);
+        ridges.find_map(|ridge| self.solve(rhs, |d| d + ridge))
     }
 
     /// The inverse of the scaled matrix with a larger diagonal, row-major.

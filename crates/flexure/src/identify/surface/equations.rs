@@ -19,31 +19,19 @@ use crate::vectors::{add, dot};
 pub(super) fn equations(fit: &Fit, data: &Signals, free: bool) -> NormalEquations {
     let samples = data.y.len();
     let warm = fit.delay + fit.linear.settling(FORGOTTEN);
-    let mut sum: Option<NormalEquations> = None;
-    let mut start = data.from;
-    while start < samples {
+    let parts = (data.from..samples).step_by(SEGMENT).map(|start| {
         let end = samples.min(start + SEGMENT);
         let first = start.saturating_sub(warm);
         let u = data.u.iter().map(|u| u[first..end].to_vec()).collect();
         let part = Signals::new(u, data.y[first..end].to_vec(), start - first);
         let Linearisation { residuals, jacobian } = linearised(fit, &part, free);
-        let next = normal_equations(&residuals, &jacobian, part.from);
-        sum = Some(match sum {
-            None => next,
-            Some(mut sum) => {
-                sum.cost += next.cost;
-                sum.descent.iter_mut().zip(next.descent).for_each(|(s, n)| *s += n);
-                sum.normal.iter_mut().zip(next.normal).for_each(|(s, n)| *s += n);
-                sum
-            }
-        });
-        start = end;
-    }
-    sum.unwrap_or(NormalEquations {
-        cost: 0.0,
-        descent: Vec::new(),
-        normal: Vec::new(),
-    })
+        normal_equations(&residuals, &jacobian, part.from)
+    });
+    let sum = parts.reduce(|mut sum, next| {
+        sum.add(&next);
+        sum
+    });
+    sum.unwrap_or(NormalEquations::zero(0))
 }
 
 /// The linear part's parameters that are free: all except the numerator's largest.

@@ -6,6 +6,8 @@
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use super::blocks::{Blocks, Layout, Observed};
 use super::limits::{CHUNK, ROWS};
 use super::linear_part::{LinearPart, polynomial_product};
@@ -16,21 +18,19 @@ use crate::parallel;
 use crate::vectors::dot;
 
 /// The normal equations of the prediction error: J is the derivative of the prediction.
-#[derive(Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Equations {
-    pub normal: NormalEquations,
     /// The number of errors.
     pub count: usize,
+    #[serde(flatten)]
+    pub normal: NormalEquations,
 }
 
 impl Equations {
-    /// Adds the equations of other errors; in both, only the lower triangle is computed.
-    fn add(&mut self, other: &Equations) {
+    /// Adds the equations of other errors.
+    pub fn add(&mut self, other: &Equations) {
         self.count += other.count;
-        self.normal.cost += other.normal.cost;
-        let pairs = (self.normal.descent.iter_mut().zip(&other.normal.descent))
-            .chain(self.normal.normal.iter_mut().zip(&other.normal.normal));
-        pairs.for_each(|(sum, more)| *sum += more);
+        self.normal.add(&other.normal);
     }
 
     /// The number of parameters.
@@ -261,11 +261,7 @@ impl Batch {
     fn new(parameters: usize) -> Batch {
         Batch {
             sums: Equations {
-                normal: NormalEquations {
-                    cost: 0.0,
-                    descent: vec![0.0; parameters],
-                    normal: vec![0.0; parameters * parameters],
-                },
+                normal: NormalEquations::zero(parameters),
                 count: 0,
             },
             rows: vec![0.0; ROWS * parameters],
