@@ -57,6 +57,10 @@ pub(super) struct PhysicalFormFit {
     pub p_value: f64,
     /// Schwarz's criterion.
     criterion: f64,
+    /// The criterion's price of a parameter.
+    price: f64,
+    /// Whether a form with a single break has the usual name for it.
+    natural: bool,
 }
 
 impl PhysicalFormFit {
@@ -191,17 +195,35 @@ impl Problem<'_> {
 
     /// Standard errors; infinite where a parameter is not determined. A quantizer's step has none.
     fn errors(&self, p: &[f64]) -> Vec<f64> {
+        let mut errors = vec![f64::INFINITY; p.len()];
         let without = usize::from(self.form == PhysicalForm::Quantizer);
+        errors[..without].fill(0.0);
         let Some(at) = self.linearised(p) else {
-            return vec![f64::INFINITY; p.len()];
+            return errors;
         };
-        let system = UnitDiagonal::new(&normal_equations(&at.residuals, &at.jacobian[without..], 0));
-        let (inverse, m) = (system.scaled_inverse(0.0), system.scale.len());
-        let error = |i: usize| match &inverse {
-            Some(v) => v[i * m + i].max(0.0).sqrt() / system.scale[i],
-            None => f64::INFINITY,
-        };
-        std::iter::repeat_n(0.0, without).chain((0..m).map(error)).collect()
+        let acts = |i: &usize| self.is_seen(p, *i) && at.jacobian[*i].iter().any(|v| *v != 0.0);
+        let free: Vec<usize> = (without..p.len()).filter(acts).collect();
+        let columns: Vec<Vec<f64>> = free.iter().map(|i| at.jacobian[*i].clone()).collect();
+        let system = UnitDiagonal::new(&normal_equations(&at.residuals, &columns, 0));
+        if let Some(inverse) = system.scaled_inverse(0.0) {
+            for (k, i) in free.iter().enumerate() {
+                errors[*i] = inverse[k * free.len() + k].max(0.0).sqrt() / system.scale[k];
+            }
+        }
+        errors
+    }
+
+    /// Whether two values of the input lie beyond a place where the form breaks; a single one does not show it.
+    fn is_seen(&self, p: &[f64], i: usize) -> bool {
+        let x = &self.points.x;
+        !self.form.has_places() || i >= self.form.searched() || (p[i] > x[1] && p[i] < x[x.len() - 2])
+    }
+
+    /// Whether a form that breaks at a low and a high place has both, or else the input 0 between them: a curve with a single break is a
+    /// limit where it is flat away from 0, and a dead zone where it is flat around 0.
+    fn is_natural(&self, p: &[f64]) -> bool {
+        let both = (0..self.form.searched()).all(|i| self.is_seen(p, i));
+        !self.form.has_places() || both || (p[0] <= 0.0 && p[self.form.searched() - 1] >= 0.0)
     }
 }
 
@@ -259,7 +281,7 @@ impl MemoryRemoved {
         let p_value = chi_squared_above(statistic, degrees as f64);
         let counted = weights.iter().filter(|w| **w > 0.0).count() as f64;
         let squares = residuals.iter().map(|r| r * r).sum::<f64>() * weights.len() as f64 / counted;
-        let criterion = squares + p.len() as f64 * self.samples.iter().sum::<f64>().ln();
+        let price = self.samples.iter().sum::<f64>().ln();
         let named = names.into_iter().zip(p.iter().zip(problem.errors(&p)));
         let parameter = |(name, (&value, error))| PhysicalFormParameter { name, value, error };
         Ok(PhysicalFormFit {
@@ -269,19 +291,23 @@ impl MemoryRemoved {
             degrees,
             limit,
             p_value,
-            criterion,
+            criterion: squares + p.len() as f64 * price,
+            price,
+            natural: problem.is_natural(&p),
         })
     }
 
-    /// Of the usual forms that the data do not refute, the one that Schwarz's criterion prefers. The steps of a quantizer may be so many
-    /// that they suit any curve: it counts only where the estimate has a jump.
+    /// Of the usual forms that the data do not refute, the one that Schwarz's criterion prefers; among forms that differ by less than a
+    /// parameter's price, one with the usual name. The steps of a quantizer may be so many that they suit any curve: it counts only where the
+    /// estimate has a jump.
     pub fn sufficient_form(&self, has_jump: bool) -> Option<PhysicalFormFit> {
         let forms = USUAL_FORMS
             .iter()
             .filter(|form| has_jump || **form != PhysicalForm::Quantizer);
         let fits = forms.filter_map(|form| self.fit_form(*form).ok());
+        let rank = |fit: &PhysicalFormFit| fit.criterion + if fit.natural { 0.0 } else { fit.price };
         fits.filter(PhysicalFormFit::holds)
-            .min_by(|a, b| a.criterion.total_cmp(&b.criterion))
+            .min_by(|a, b| rank(a).total_cmp(&rank(b)))
     }
 }
 

@@ -64,6 +64,14 @@ impl PhysicalForm {
         }
     }
 
+    /// Whether the searched parameters are places where the form breaks.
+    pub(super) fn has_places(self) -> bool {
+        matches!(
+            self,
+            PhysicalForm::DeadZone | PhysicalForm::Saturation | PhysicalForm::LimitedDeadZone
+        )
+    }
+
     /// The functions at x; their coefficients are the other parameters.
     pub(super) fn functions(self, searched: &[f64], x: f64) -> Vec<f64> {
         match (self, searched) {
