@@ -20,7 +20,7 @@ use crate::systems::prediction::{self, FreeRun, Outside, Start};
 use crate::systems::summary::{self, with_unit};
 use crate::text::number;
 use flexure::outliers::standing_alone;
-use flexure::text::{counted, fit, p_value, shown_path};
+use flexure::text::{counted, decimal, fit, p_value, shown_path};
 
 /// The samples on which a model is judged, and the place where its run starts.
 #[derive(Debug, Clone, Copy, Default)]
@@ -266,10 +266,14 @@ impl Judged {
     /// The residual tests, one a line.
     fn write_tests(&self, lines: &mut Lines) {
         let verdict = &self.verdict;
-        if verdict.residuals.is_some() {
+        if let Some(residuals) = &verdict.residuals {
+            let refuting = residuals.tests.iter().find(|test| test.kind.refutes());
+            let each = refuting.map_or(String::new(), |test| {
+                format!(": each fails below p = {}", decimal((test.level * 1e4).round() / 1e4))
+            });
             lines.item(
                 "residual tests",
-                "at a level of 1 %, which all tests that can refute the model share",
+                format!("at a level of 1 %, which all tests that can refute the model share{each}"),
             );
         }
         for test in verdict.residuals.iter().flat_map(|r| &r.tests) {
