@@ -109,7 +109,7 @@ impl<'a> About<'a> {
         let joint = JointSignals::new(motion, modulation, torque, &link, &self.kinks);
         let joint = joint.with(motion, &link, effects, self.stiffness.as_ref());
         match delay {
-            true => joint.delayed(modulation.of_rate(motion.torque)),
+            true => joint.delayed(motion),
             false => joint,
         }
     }

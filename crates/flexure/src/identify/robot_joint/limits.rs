@@ -144,6 +144,11 @@ pub const STOP_RADII_OF_ANGLE: [f64; 4] = [0.0003, 0.001, 0.003, 0.01];
 pub const STEADY_WITHIN: f64 = 0.01;
 /// A friction drives a joint if its power is negative by more than this share of the other friction's. Convention.
 pub const DRIVES: f64 = 0.1;
+/// The least share of the time that a body rests for which its equation is left out. Of rarer rests the factors of torque and spring are hardly determined: one simulated
+/// motor's inertia was then 11 % too large.
+pub const LEAST_REST: f64 = 0.02;
+/// The cut-off of the torque's rate in time, as a share of the sampling rate: far above the frequencies of the equations. Convention.
+pub const TORQUE_RATE: f64 = 0.25;
 /// The smallest radius, in standard deviations of the signal's noise.
 pub const STOPS_ABOVE_NOISE: f64 = 5.0;
 

@@ -76,6 +76,7 @@
 //! | `replay.rs`, `polish.rs` | the simulated motion of an identified axis; the parameters refined by its error |
 //! | `stretches.rs` | the motor's inertia of a flexible joint from stretches of its simulated motion |
 //! | `kinks.rs`, `reversals.rs` | velocities with their kinks where friction jumps; the delay of a torque under a body that sticks |
+//! | `rests.rs` | times at which a body sticks, which say nothing about its friction |
 //! | `prediction.rs` | the torque that another motion of the joint needs |
 
 mod basis;
@@ -112,6 +113,7 @@ mod polish;
 mod prediction;
 mod profile;
 mod replay;
+mod rests;
 mod reversals;
 mod rigid;
 mod smooth;
