@@ -137,7 +137,7 @@ impl<'a> JointSignals<'a> {
 }
 
 /// The stop operator of this radius along a signal, from zero on.
-fn stop(x: &[f64], radius: f64) -> Vec<f64> {
+pub(super) fn stop(x: &[f64], radius: f64) -> Vec<f64> {
     let (mut value, mut before) = (0.0, x.first().copied().unwrap_or(0.0));
     let stopped = x.iter().map(|&x| {
         value = (value + x - before).clamp(-radius, radius);
@@ -149,10 +149,14 @@ fn stop(x: &[f64], radius: f64) -> Vec<f64> {
 
 /// The stop operators of a signal with noise of this standard deviation, with their radii: these shares of half its range.
 fn stops<'x>(x: &'x [f64], shares: &'x [f64], noise: f64) -> impl Iterator<Item = (Vec<f64>, f64)> + 'x {
+    radii(x, shares, noise).map(|radius| (stop(x, radius), radius))
+}
+
+/// The radii of stop operators of a signal with noise of this standard deviation.
+pub(super) fn radii<'x>(x: &[f64], shares: &'x [f64], noise: f64) -> impl Iterator<Item = f64> + use<'x> {
     let [low, high] = range(x);
     let radii = shares.iter().map(move |share| share * 0.5 * (high - low));
-    let above = radii.filter(move |radius| *radius > STOPS_ABOVE_NOISE * noise);
-    above.map(|radius| (stop(x, radius), radius))
+    radii.filter(move |radius| *radius > STOPS_ABOVE_NOISE * noise)
 }
 
 fn times(lines: &[Complex<f64>], factor: f64) -> Lines {
