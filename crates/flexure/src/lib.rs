@@ -69,6 +69,7 @@ pub mod study;
 pub mod systems;
 pub mod text;
 pub mod validation;
+mod vectors;
 mod wide;
 
 pub(crate) mod linalg;

@@ -33,6 +33,41 @@ pub(super) struct Assumed {
     pub is_prismatic: bool,
 }
 
+impl Assumed {
+    fn settings(&self) -> Settings {
+        Settings {
+            extras: self.extra.into_iter().collect(),
+            prismatic: self.is_prismatic,
+            level: 0.95,
+            ..Settings::default()
+        }
+    }
+
+    /// The log of joints in a part of a record.
+    fn log(&self, file: &RecordFile, part: &Range<usize>, joints: &[Joint], sample_time: f64) -> anyhow::Result<Log> {
+        let [angle, effort] = if self.is_prismatic { ["m", "N"] } else { ["rad", "Nm"] };
+        let column = |name: &str, unit: &str, by: f64| -> anyhow::Result<Vec<f64>> {
+            let (samples, _) = in_unit(file, name, unit)?;
+            Ok(samples[part.clone()].iter().map(|v| v * by).collect())
+        };
+        let axis = |joint: &Joint| {
+            let motor = joint.motor.map(|motor| column(motor, angle, 1.0 / self.gear_ratio));
+            anyhow::Ok(AxisLog {
+                torque: column(joint.torque, effort, self.constant * self.gear_ratio)?,
+                position: column(joint.position, angle, 1.0)?,
+                motor: motor.transpose()?,
+                velocity: None,
+            })
+        };
+        Ok(Log {
+            name: file.name(),
+            sample_time,
+            axes: joints.iter().map(axis).collect::<anyhow::Result<_>>()?,
+            columns: BTreeMap::new(),
+        })
+    }
+}
+
 /// Why the joints of a part of a record cannot be identified.
 #[derive(Default)]
 pub(super) struct Failure {
@@ -50,41 +85,9 @@ pub(super) fn trial(
     assumed: Assumed,
     sample_time: f64,
 ) -> Result<f64, Failure> {
-    let Assumed {
-        constant,
-        gear_ratio,
-        extra,
-        is_prismatic,
-    } = assumed;
-    let [angle, effort] = if is_prismatic { ["m", "N"] } else { ["rad", "Nm"] };
-    let column = |name: &str, unit: &str, by: f64| -> anyhow::Result<Vec<f64>> {
-        let (samples, _) = in_unit(file, name, unit)?;
-        Ok(samples[part.clone()].iter().map(|v| v * by).collect())
-    };
-    let axis = |joint: &Joint| {
-        anyhow::Ok(AxisLog {
-            torque: column(joint.torque, effort, constant * gear_ratio)?,
-            position: column(joint.position, angle, 1.0)?,
-            motor: joint
-                .motor
-                .map(|motor| column(motor, angle, 1.0 / gear_ratio))
-                .transpose()?,
-            velocity: None,
-        })
-    };
+    let settings = assumed.settings();
     let identified = || {
-        let log = Log {
-            name: file.name(),
-            sample_time,
-            axes: joints.iter().map(axis).collect::<anyhow::Result<_>>()?,
-            columns: BTreeMap::new(),
-        };
-        let settings = Settings {
-            extras: extra.into_iter().collect(),
-            prismatic: is_prismatic,
-            level: 0.95,
-            ..Settings::default()
-        };
+        let log = assumed.log(file, part, joints, sample_time)?;
         let joint = identify(log, &settings, file, |name, _| format!("--{name}"))?;
         let motions = joint.try_out(None, None)?.motions;
         anyhow::Ok((joint, motions))

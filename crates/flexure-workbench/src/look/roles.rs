@@ -23,36 +23,41 @@ pub enum Role {
     Reference,
 }
 
+/// Names of torques, in lower case.
+const TORQUES: [&str; 9] = [
+    "tau",
+    "torque",
+    "trq",
+    "torq",
+    "motortorque",
+    "motortau",
+    "taumotor",
+    "motortrq",
+    "drehmoment",
+];
+
+/// Names of forces, and of signals that drive a torque.
+const DRIVING: [&str; 12] = [
+    "force",
+    "effort",
+    "current",
+    "voltage",
+    "vir",
+    "motorcurrent",
+    "motorvoltage",
+    "kraft",
+    "strom",
+    "iq",
+    "i",
+    "im",
+];
+
 /// Names by their meaning, in lower case, without numbers at their ends.
-const NAMES: [(Role, &[&str]); 8] = [
+const NAMES: [(Role, &[&str]); 9] = [
     (Role::Input, &["u", "in", "input", "excitation"]),
     (Role::Output, &["y", "out", "output", "response"]),
-    (
-        Role::Torque,
-        &[
-            "tau",
-            "torque",
-            "force",
-            "effort",
-            "current",
-            "voltage",
-            "vir",
-            "motortorque",
-            "motorcurrent",
-            "motorvoltage",
-            "trq",
-            "torq",
-            "motortau",
-            "taumotor",
-            "motortrq",
-            "drehmoment",
-            "kraft",
-            "strom",
-            "iq",
-            "i",
-            "im",
-        ],
-    ),
+    (Role::Torque, &TORQUES),
+    (Role::Torque, &DRIVING),
     (
         Role::Position,
         &[
@@ -232,16 +237,6 @@ pub fn is_neutral(name: &str) -> bool {
 
 /// Whether a name says that the column is a torque, and not only a signal that may drive one.
 pub fn is_torque(name: &str) -> bool {
-    const TORQUES: [&str; 8] = [
-        "tau",
-        "torque",
-        "trq",
-        "torq",
-        "motortorque",
-        "motortau",
-        "taumotor",
-        "drehmoment",
-    ];
     TORQUES.contains(&Quantity::of(without_unit(name)).name.as_str())
 }
 
@@ -314,7 +309,7 @@ mod tests {
                 && !is_setpoint("spindle")
                 && !is_setpoint("flow_cmd")
         );
-        assert!(is_torque("tau_Nm") && !is_torque("force_N"));
+        assert!(is_torque("tau_Nm") && is_torque("motor_trq") && !is_torque("force_N"));
         assert!(is_torque_constant("gtau") && is_torque_constant("Torque_constant") && !is_torque_constant("kp"));
     }
 }

@@ -379,15 +379,9 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
         .iter()
         .map(|&i| look.columns[i].levels.as_ref().map(Vec::len));
     let few = levels.flatten().any(|levels| levels <= TWO);
-    if several {
-        why.push_str(" Linear dynamics are compared with a nonlinearity for every input.");
-    } else if few {
-        options.extend(["--structure", "linear"]);
-        why.push_str(" The input has two levels, at which no curve can be told from a straight line: the dynamics are what there is to find.");
-    } else {
-        options.extend(["--structure", "auto"]);
-        why.push_str(" The structure is chosen by the data.");
-    }
+    let (structure, because) = structure(several, few);
+    options.extend(structure.into_iter().flatten());
+    why.push_str(because);
     if incomplete(signals.output) {
         options.push("--missing");
         why.push_str(" The output misses samples, which --missing leaves out of the fit.");
@@ -402,23 +396,33 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
     options.extend(step.iter().flat_map(|step| ["--sample-time", step.as_str()]));
     options.extend(["-o", "model.json", "--report", "report.html"]);
     let mut suggestion = Suggestion::new("identify", &options, why);
+    let notes = &mut suggestion.notes;
     if request.sample_time.is_none() && stands_still {
-        suggestion
-            .notes
-            .push(format!("Put the time between two samples in place of {UNKNOWN_TIME}."));
+        notes.push(format!("Put the time between two samples in place of {UNKNOWN_TIME}."));
     }
     if several && inputs.iter().any(|name| name.contains(',')) {
-        suggestion
-            .notes
-            .push("The commands separate names by commas: rename a column whose name has one.".to_owned());
+        notes.push("The commands separate names by commas: rename a column whose name has one.".to_owned());
     }
     if !signals.others.is_empty() {
         let others: Vec<String> = signals.others.iter().map(|i| format!("'{}'", name(i))).collect();
         let are = if others.len() == 1 { "an output" } else { "outputs" };
-        suggestion.notes.push(format!(
-            "{} may be {are} too: --output takes one at a time.",
-            others.join(", ")
-        ));
+        let others = others.join(", ");
+        notes.push(format!("{others} may be {are} too: --output takes one at a time."));
     }
     Some(suggestion)
+}
+
+/// The options for the structure, and why; `few` says whether an input has two levels at most.
+fn structure(several: bool, few: bool) -> (Option<[&'static str; 2]>, &'static str) {
+    match (several, few) {
+        (true, _) => (
+            None,
+            " Linear dynamics are compared with a nonlinearity for every input.",
+        ),
+        (false, true) => (
+            Some(["--structure", "linear"]),
+            " The input has two levels, at which no curve can be told from a straight line: the dynamics are what there is to find.",
+        ),
+        (false, false) => (Some(["--structure", "auto"]), " The structure is chosen by the data."),
+    }
 }

@@ -44,10 +44,7 @@ pub(super) fn keep(table: &mut Table, columns: &Columns, done: &mut Vec<Done>) {
         0 => format!("none of the columns of {} is kept", table.name),
         kept => {
             let names = quoted(table.columns.iter().map(|column| &*column.name));
-            format!(
-                "{names} {} kept, of {before} columns",
-                if kept == 1 { "is" } else { "are" }
-            )
+            format!("{names} {} kept, of {before} columns", is_or_are(kept))
         }
     };
     say(done, "keep", text);
@@ -192,7 +189,7 @@ fn bridged(column: &Column, longest_gap: usize) -> Option<String> {
         .filter(|gap| !gap[0].is_finite() && gap.len() <= longest_gap)
         .map(<[f64]>::len)
         .sum();
-    let are = if missing == 1 { "is" } else { "are" };
+    let are = is_or_are(missing);
     (missing > 0).then(|| format!("{} missing of '{}' {are} interpolated", samples(missing), column.name))
 }
 
@@ -207,7 +204,6 @@ pub(super) fn resample(
     let before = table.len();
     check_computed(grid.samples, table.columns.len() + 1)?;
     let Some(t) = table.instants.take() else { return Ok(()) };
-    let repeated = t.windows(2).filter(|w| w[0] == w[1]).count();
     let bridged: Vec<String> = (table.columns.iter())
         .filter_map(|column| bridged(column, preparation.longest_gap))
         .collect();
@@ -221,63 +217,66 @@ pub(super) fn resample(
         };
         column.samples = resampling.resample(&t, &column.samples, &grid)?;
     }
-    let is_filled = |w: &&[f64]| (1.5..=preparation.longest_gap as f64 + 1.5).contains(&((w[1] - w[0]) / old));
-    let filled = t.windows(2).filter(is_filled).count();
     table.instants = Some(grid.instants().collect());
-    let mut text = format!(
+    let mut remarks = vec![format!(
         "{}, about {} s apart, are now {} every {} s",
         samples(before),
         decimal(old),
         grouped(grid.samples),
         decimal(grid.step)
-    );
+    )];
     if Resampling::slows(old, &grid) {
-        text.push_str(&format!(
-            "; what is faster than {} Hz is taken out first",
-            short(Resampling::cutoff(&grid))
-        ));
+        let cutoff = short(Resampling::cutoff(&grid));
+        remarks.push(format!("what is faster than {cutoff} Hz is taken out first"));
     }
-    if repeated > 0 {
-        let [has, are] = if repeated == 1 { ["has", "is"] } else { ["have", "are"] };
-        let rows = counted(repeated, "row");
-        text.push_str(&format!(
-            "; {rows} {has} the same instant as the row before, and {are} averaged with it"
-        ));
-    }
-    if filled > 0 {
-        let are = if filled == 1 { "is" } else { "are" };
-        let gaps = counted(filled, "gap");
-        text.push_str(&format!("; {gaps} in time {are} interpolated"));
-    }
-    for bridged in bridged {
-        text.push_str(&format!("; {bridged}"));
-    }
-    let held = table.columns.iter().map(|c| &*c.name);
-    let held: Vec<&str> = held
-        .filter(|name| preparation.held.iter().any(|held| held == name))
-        .collect();
-    if !held.is_empty() {
-        text.push_str(&format!(
-            "; {} between samples",
-            match held[..] {
-                [name] => format!("'{name}' keeps its value"),
-                _ => format!("{} keep their values", quoted(held.into_iter())),
-            }
-        ));
-    }
-    for column in &table.columns {
-        let missing = column.samples.iter().filter(|x| !x.is_finite()).count();
-        if missing > 0 {
-            text.push_str(&format!(
-                "; {} of '{}' {} missing, in gaps",
-                samples(missing),
-                column.name,
-                if missing == 1 { "is" } else { "are" }
-            ));
-        }
-    }
-    say(done, "resample", text);
+    remarks.extend(averaged(&t));
+    remarks.extend(gaps_filled(&t, old, preparation.longest_gap));
+    remarks.extend(bridged);
+    remarks.extend(held(table, preparation));
+    remarks.extend(table.columns.iter().filter_map(still_missing));
+    say(done, "resample", remarks.join("; "));
     Ok(())
+}
+
+/// What is said of rows with the same instant.
+fn averaged(instants: &[f64]) -> Option<String> {
+    let repeated = instants.windows(2).filter(|w| w[0] == w[1]).count();
+    let [has, are] = if repeated == 1 { ["has", "is"] } else { ["have", "are"] };
+    let rows = counted(repeated, "row");
+    (repeated > 0).then(|| format!("{rows} {has} the same instant as the row before, and {are} averaged with it"))
+}
+
+/// What is said of gaps in time that are short enough.
+fn gaps_filled(instants: &[f64], step: f64, longest_gap: usize) -> Option<String> {
+    let is_filled = |w: &&[f64]| (1.5..=longest_gap as f64 + 1.5).contains(&((w[1] - w[0]) / step));
+    let filled = instants.windows(2).filter(is_filled).count();
+    let gaps = counted(filled, "gap");
+    (filled > 0).then(|| format!("{gaps} in time {} interpolated", is_or_are(filled)))
+}
+
+/// What is said of the columns that keep their values between samples.
+fn held(table: &Table, preparation: &Preparation) -> Option<String> {
+    let names = table.columns.iter().map(|c| &c.name);
+    let held: Vec<&str> = names
+        .filter(|name| preparation.held.contains(name))
+        .map(String::as_str)
+        .collect();
+    Some(match held[..] {
+        [] => return None,
+        [name] => format!("'{name}' keeps its value between samples"),
+        _ => format!("{} keep their values between samples", quoted(held.into_iter())),
+    })
+}
+
+/// What is said of a column that still misses samples.
+fn still_missing(column: &Column) -> Option<String> {
+    let missing = column.samples.iter().filter(|x| !x.is_finite()).count();
+    let are = is_or_are(missing);
+    (missing > 0).then(|| format!("{} of '{}' {are} missing, in gaps", samples(missing), column.name))
+}
+
+fn is_or_are(count: usize) -> &'static str {
+    if count == 1 { "is" } else { "are" }
 }
 
 pub(super) fn fill(table: &mut Table, longest_gap: usize, done: &mut Vec<Done>) {
@@ -290,7 +289,7 @@ pub(super) fn fill(table: &mut Table, longest_gap: usize, done: &mut Vec<Done>) 
             "{} of '{}' {} interpolated, in gaps of at most {longest_gap}",
             samples(filled),
             column.name,
-            if filled == 1 { "is" } else { "are" }
+            is_or_are(filled)
         );
         if missing > 0 {
             text.push_str(&format!(

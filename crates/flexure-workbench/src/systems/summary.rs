@@ -1,6 +1,6 @@
 //! An identified system as text: the result first, then its meaning, then the blocks.
 
-use flexure::identify::result::{BlockKind, CoefficientErrors, LinearBlock, NamedBlock, Path, Place};
+use flexure::identify::result::{BlockKind, CoefficientErrors, LinearBlock, LoopPart, NamedBlock, Path, Place};
 use flexure::identify::{Verdict, Warning};
 use flexure::linear::TransferFunction;
 use flexure::nonlinearity::Surface;
@@ -92,13 +92,21 @@ impl Identified {
                 ""
             };
             lines.item("coefficients", listed + errors);
-            let roots = [
-                ("poles", poles_text(own, self.sample_time)),
-                ("zeros", roots_text(own.system.zeros())),
-            ];
-            for (name, text) in roots.into_iter().filter(|(_, text)| text != NONE) {
-                lines.item(name, text);
-            }
+            write_roots("poles", poles_text(own, self.sample_time), lines);
+            write_roots("zeros", roots_text(own.system.zeros()), lines);
+        });
+    }
+
+    /// A further linear part of a loop, whose denominator is that of the first.
+    fn write_other_part(&self, title: &str, own: &LinearBlock, lines: &mut Lines) {
+        lines.item(title, linear_text(own, self.sample_time));
+        lines.deeper(|lines| {
+            let b = own.system.b().iter().enumerate();
+            let each: Vec<String> = (b.filter(|(_, c)| **c != 0.0))
+                .map(|(k, c)| unbroken(&format!("b{k} = {}", number(*c))))
+                .collect();
+            lines.item("coefficients", format!("{}; poles and a as above", each.join(", ")));
+            write_roots("zeros", roots_text(own.system.zeros()), lines);
         });
     }
 
@@ -117,8 +125,10 @@ impl Identified {
                 let parts = own.linear_parts();
                 for (i, part) in parts.iter().enumerate() {
                     let title = uncapitalised(part.title);
+                    let has_same_poles = |p: &LoopPart| p.block.system.a() == part.block.system.a();
                     match parts[..i].iter().find(|p| p.block.system == part.block.system) {
                         Some(same) => lines.item(&title, format!("the same as {}", uncapitalised(same.title))),
+                        None if i > 0 && has_same_poles(&parts[0]) => self.write_other_part(&title, &part.block, lines),
                         None => self.write_linear(&title, &part.block, lines),
                     }
                 }
@@ -128,6 +138,12 @@ impl Identified {
             // The details already describe these blocks.
             BlockKind::Narx(_) | BlockKind::Volterra(_) => {}
         }
+    }
+}
+
+fn write_roots(name: &str, text: String, lines: &mut Lines) {
+    if text != NONE {
+        lines.item(name, text);
     }
 }
 

@@ -11,6 +11,7 @@ use rand_pcg::Pcg64;
 
 use super::{seed_of, upper_quantile};
 use crate::parallel;
+use crate::vectors::dot;
 
 /// The weights of one point of the grid: those of the sources from `first` on.
 #[derive(Debug, Clone)]
@@ -37,8 +38,9 @@ pub(super) fn quantile(rows: &[Row], sources: usize, level: f64, draws: usize, s
     let mut maxima = parallel::map(draws, |draw| {
         let mut rng = Pcg64::seed_from_u64(seed_of(seed, draw));
         let xi: Vec<f64> = (0..sources).map(|_| StandardNormal.sample(&mut rng)).collect();
-        let deviation = |row: &Row| -> f64 { row.weights.iter().zip(&xi[row.first..]).map(|(w, v)| w * v).sum() };
-        rows.iter().map(|row| deviation(row).abs()).fold(0.0, f64::max)
+        rows.iter()
+            .map(|row| dot(&row.weights, &xi[row.first..]).abs())
+            .fold(0.0, f64::max)
     });
     upper_quantile(&mut maxima, level)
 }

@@ -2,18 +2,13 @@ use crate::error::Stopped;
 use std::ops::ControlFlow;
 
 use rand::{RngExt, SeedableRng};
-use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use super::*;
 use crate::nonlinearity::{
     Choice, Degree, Estimator, Kernel, KernelRegression, NearestNeighbours, PolynomialRegression, SplineRegression,
 };
-
-fn normal(seed: u64, n: usize) -> Vec<f64> {
-    let mut rng = Pcg64::seed_from_u64(seed);
-    (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
-}
+use crate::signal::gaussian;
 
 /// An autoregression of order one and unit variance.
 fn autoregression(seed: u64, n: usize, a: f64) -> Vec<f64> {
@@ -22,7 +17,7 @@ fn autoregression(seed: u64, n: usize, a: f64) -> Vec<f64> {
         state = a * state + (1.0 - a * a).sqrt() * e;
         state
     };
-    normal(seed, n + 100).into_iter().map(step).skip(100).collect()
+    gaussian(n + 100, seed).into_iter().map(step).skip(100).collect()
 }
 
 fn abscissas(seed: u64, n: usize) -> Vec<f64> {
@@ -46,7 +41,7 @@ const SCHEMES: [Scheme; 3] = [Scheme::Wild, Scheme::Pairs, Scheme::MovingBlock {
 #[test]
 fn bands_of_a_polynomial_are_those_of_least_squares() {
     let n = 60;
-    let (x, e) = (abscissas(1, n), normal(2, n));
+    let (x, e) = (abscissas(1, n), gaussian(n, 2));
     let y: Vec<f64> = x.iter().zip(&e).map(|(x, e)| 1.0 + x - 0.5 * x * x + 0.3 * e).collect();
     let at = [-1.5, 0.0, 1.9];
     let exact: Vec<f64> = {
@@ -88,7 +83,7 @@ fn bands_of_a_polynomial_are_those_of_least_squares() {
 #[test]
 fn bootstrap_and_robust_correction_agree_on_the_width() {
     let n = 800;
-    let (x, e) = (abscissas(3, n), normal(4, n));
+    let (x, e) = (abscissas(3, n), gaussian(n, 4));
     let y: Vec<f64> = x
         .iter()
         .zip(&e)
@@ -176,7 +171,7 @@ fn the_automatic_block_length_is_the_theory_s() {
 #[test]
 fn simultaneous_bands_are_wider_and_of_one_factor() {
     let n = 300;
-    let (x, e) = (abscissas(6, n), normal(7, n));
+    let (x, e) = (abscissas(6, n), gaussian(n, 7));
     let y: Vec<f64> = x.iter().zip(&e).map(|(x, e)| x.cos() + 0.2 * e).collect();
     let at: Vec<f64> = (0..15).map(|i| -1.4 + 0.2 * f64::from(i)).collect();
     let estimator = SplineRegression {
@@ -205,7 +200,7 @@ fn simultaneous_bands_are_wider_and_of_one_factor() {
 #[test]
 fn two_columns_weights_threads_and_blocks_of_one() {
     let n = 200;
-    let (a, b, e) = (abscissas(8, n), abscissas(9, n), normal(10, n));
+    let (a, b, e) = (abscissas(8, n), abscissas(9, n), gaussian(n, 10));
     let y: Vec<f64> = (0..n).map(|i| a[i] * b[i] + 0.1 * e[i]).collect();
     let w: Vec<f64> = (0..n).map(|i| (i % 4) as f64).collect();
     let estimator = NearestNeighbours {
@@ -237,7 +232,7 @@ fn two_columns_weights_threads_and_blocks_of_one() {
 
 #[test]
 fn a_bootstrap_reports_and_can_be_stopped() {
-    let (x, y) = (abscissas(11, 50), normal(12, 50));
+    let (x, y) = (abscissas(11, 50), gaussian(50, 12));
     let mut seen = Vec::new();
     let method = BootstrapBand {
         resamples: 100,
@@ -270,7 +265,7 @@ fn a_bootstrap_reports_and_can_be_stopped() {
 
 #[test]
 fn bad_parameters_and_data_are_refused() {
-    let (x, y) = (abscissas(11, 50), normal(12, 50));
+    let (x, y) = (abscissas(11, 50), gaussian(50, 12));
     let usual = BootstrapBand {
         resamples: 99,
         ..BootstrapBand::default()

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use super::request::{Options, Progress, Request, Structure};
 use super::result::Identification;
-use super::{missing, needless, robust};
+use super::{missing, needless, reaction, robust};
 use crate::error::Result;
 use crate::record::Record;
 
@@ -30,11 +30,21 @@ impl Structure {
     /// Those of [`identify`](Self::identify); [`Error::Parameter`](crate::Error::Parameter) for several experiments if the method takes one;
     /// [`Error::Stopped`](crate::Error::Stopped) if `progress` stopped it.
     pub fn identify_with(&self, request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
-        let result = match request.options.robust {
-            true => robust::identify(self, request, progress)?,
-            false => robust::warned(self.identify_as_is(request, progress)?, request)?,
-        };
+        let result = self.identify_robustly(request, progress)?;
+        let result = reaction::after_reaction(self, request, result, progress)?;
         needless::warned(result, request)
+    }
+
+    /// The identification with the outliers left out or named.
+    pub(super) fn identify_robustly(
+        &self,
+        request: &Request<'_>,
+        progress: &mut Progress<'_>,
+    ) -> Result<Identification> {
+        match request.options.robust {
+            true => robust::identify(self, request, progress),
+            false => robust::warned(self.identify_as_is(request, progress)?, request),
+        }
     }
 
     /// The identification from all outputs that there are.

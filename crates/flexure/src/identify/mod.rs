@@ -39,6 +39,7 @@ mod missing;
 mod needless;
 mod outcome;
 mod output_error;
+mod reaction;
 mod reference;
 mod registry;
 mod request;

@@ -1,7 +1,7 @@
 //! Whether a model holds on fresh data.
 
 use super::limits::{MOST_OF_THE_ERROR, MOSTLY, NEARLY_ALL, NEGLIGIBLE_MISFIT};
-use crate::linear::correlation::mean;
+use crate::linear::correlation::about_mean;
 use crate::outliers::standing_alone;
 use crate::text::{self, capitalised, counted, nearly_all, p_value, percent};
 use crate::validation::{Estimated, FitMeasures, ResidualTest, ResidualTests};
@@ -29,6 +29,19 @@ pub struct Hiding {
 }
 
 impl Hiding {
+    fn text(&self) -> String {
+        let [carry, hide] = match self.samples {
+            1 => ["carries", "hides"],
+            _ => ["carry", "hide"],
+        };
+        let samples = counted(self.samples, "sample");
+        format!(
+            "Whether it holds is not known: {samples} far from all others {carry} {} of the squared error and {hide} the rest from the \
+             tests. The option robust (--robust) leaves them out of the verdict.",
+            percent(self.share)
+        )
+    }
+
     /// The outliers among these errors, if they carry most of the squared error; `r_squared` is the share of the output's variance that the
     /// model explains.
     fn among(errors: &[f64], r_squared: f64) -> Option<Self> {
@@ -111,12 +124,7 @@ impl Verdict {
         predicted: &[f64],
         estimated: Option<Estimated>,
     ) -> crate::Result<Vec<Self>> {
-        let deviations: Vec<Vec<f64>> = (inputs.iter())
-            .map(|u| {
-                let centre = mean(u);
-                u.iter().map(|u| u - centre).collect()
-            })
-            .collect();
+        let deviations: Vec<Vec<f64>> = inputs.iter().map(|u| about_mean(u)).collect();
         let pairs = (0..inputs.len()).flat_map(|i| (i + 1..inputs.len()).map(move |j| (i, j)));
         let products = pairs.map(|(i, j)| deviations[i].iter().zip(&deviations[j]).map(|(a, b)| a * b).collect());
         let tested: Vec<Vec<f64>> = inputs.iter().map(|u| u.to_vec()).chain(products).collect();
@@ -224,47 +232,41 @@ impl Verdict {
                 text::fit(fit, 1)
             );
         }
-        let explains = format!(
-            "On fresh data the model explains {} of the output's variance (fit {fit:.1} %).",
-            nearly_all(self.measures.r_squared.max(0.0))
-        );
-        if let Some(Hiding { samples, share }) = self.hidden_by {
-            let [carry, hide] = match samples {
-                1 => ["carries", "hides"],
-                _ => ["carry", "hide"],
-            };
-            let samples = counted(samples, "sample");
-            return format!(
-                "{explains} Whether it holds is not known: {samples} far from all others {carry} {} of the squared error and {hide} the rest \
-                 from the tests. The option robust (--robust) leaves them out of the verdict.",
-                percent(share)
-            );
-        }
-        if self.residuals.is_none() {
-            return format!(
-                "{explains} The fresh part is too short for residual tests: whether the model holds is not known."
-            );
-        }
-        let Some(test) = self.refutation() else {
-            return format!("{explains} {}", self.unrefuted());
+        let answer = match (self.hidden_by, self.refutation()) {
+            (Some(hiding), _) => hiding.text(),
+            _ if self.residuals.is_none() => {
+                "The fresh part is too short for residual tests: whether the model holds is not known.".to_owned()
+            }
+            (None, None) => self.unrefuted().to_owned(),
+            (None, Some(test)) if self.is_refuted() => self.refuted(test),
+            (None, Some(test)) => self.negligible(test),
         };
-        let by = format!("test '{}', {}", test.kind.name(), p_value(test.p_value));
-        let misfit = percent(self.misfit());
-        if !self.is_refuted() {
-            return match self.is_open() {
-                true => format!(
-                    "{explains} The misfit that a test sees is negligible, {misfit} of the output's standard deviation ({by}). But the \
-                     error is large and not white: that is coloured noise or something that the model misses."
-                ),
-                false => format!(
-                    "{explains} The model holds, but for a negligible misfit of {misfit} of the output's standard deviation ({by})."
-                ),
-            };
+        format!(
+            "On fresh data the model explains {} of the output's variance (fit {fit:.1} %). {answer}",
+            nearly_all(self.measures.r_squared.max(0.0))
+        )
+    }
+
+    /// The sentence on a misfit that a test sees, but that is negligible.
+    fn negligible(&self, test: &ResidualTest) -> String {
+        let (by, misfit) = (seen_by(test), percent(self.misfit()));
+        match self.is_open() {
+            true => format!(
+                "The misfit that a test sees is negligible, {misfit} of the output's standard deviation ({by}). But the error is large and \
+                 not white: that is coloured noise or something that the model misses."
+            ),
+            false => format!(
+                "The model holds, but for a negligible misfit of {misfit} of the output's standard deviation ({by})."
+            ),
         }
-        let exactly = if self.measures.r_squared >= MOSTLY {
-            " exactly"
-        } else {
-            ""
+    }
+
+    /// The sentences on a model that this test refutes.
+    fn refuted(&self, test: &ResidualTest) -> String {
+        let (by, misfit) = (seen_by(test), percent(self.misfit()));
+        let exactly = match self.measures.r_squared >= MOSTLY {
+            true => " exactly",
+            false => "",
         };
         let colour = self.colour().map_or_else(String::new, |test| {
             let finding = capitalised(&test.finding());
@@ -272,8 +274,8 @@ impl Verdict {
         });
         let least = if colour.is_empty() { "" } else { "at least " };
         format!(
-            "{explains} It does not hold{exactly}: {least}{} ({by}), a misfit of {least}{misfit} of the output's standard deviation.{colour} \
-             A structure that was not tried may explain it, or it is the estimate's own error.",
+            "It does not hold{exactly}: {least}{} ({by}), a misfit of {least}{misfit} of the output's standard deviation.{colour} A structure \
+             that was not tried may explain it, or it is the estimate's own error.",
             test.finding()
         )
     }
@@ -291,4 +293,9 @@ impl Verdict {
             }
         }
     }
+}
+
+/// The test that sees a misfit.
+fn seen_by(test: &ResidualTest) -> String {
+    format!("test '{}', {}", test.kind.name(), p_value(test.p_value))
 }

@@ -213,6 +213,13 @@ impl Options {
     }
 }
 
+impl Options {
+    /// Whether the delay is chosen from the data, by a method that may choose any.
+    pub(super) fn chooses_delay(&self) -> bool {
+        matches!(&self.hammerstein, HammersteinMethod::Refined(method) if method.delay.is_none())
+    }
+}
+
 impl Default for Options {
     fn default() -> Self {
         Options::with_fresh_share(0.25)

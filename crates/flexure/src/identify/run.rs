@@ -186,18 +186,17 @@ pub(super) fn start_details(start: &str, prepared: &Prepared, paths: &[Path]) ->
     let note = format!(
         "{start}; then poles and numerator coefficients added and taken away while Schwarz's criterion of the free-run error falls"
     );
-    let scores = orders.contains(&chosen).then(|| Score {
-        x_label: "order of the linear approximation".to_owned(),
-        y_label: "relative error".to_owned(),
-        logarithmic: false,
-        x: orders.iter().map(|o| *o as f64).collect(),
-        y: errors,
-        chosen: chosen as f64,
-    });
     vec![
         Detail::new("start", start),
         Detail::new("approximations", list)
             .shown(Place::Choice, "Poles", each.join(", "), &note)
-            .scored(scores),
+            .scored(approximation_scores(&orders, errors, chosen)),
     ]
+}
+
+/// The errors of linear approximations by their orders, if the chosen order is among them.
+pub(super) fn approximation_scores(orders: &[usize], errors: Vec<f64>, chosen: usize) -> Option<Score> {
+    let labels = ["order of the linear approximation", "relative error"];
+    let is_known = orders.contains(&chosen);
+    is_known.then(|| Score::of_numbers(labels, orders, errors, chosen))
 }

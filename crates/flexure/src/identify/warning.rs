@@ -125,6 +125,17 @@ pub enum Warning {
         /// The column that integrates it.
         output: String,
     },
+    /// The input reacts to the output's noise at the same sample, so the delay is at least one sample.
+    #[error(
+        "'{input}' reacts to the noise of '{output}' in the same sample, as what a controller sets does. The model therefore has a delay of at \
+         least one sample: without it, the model would contain a part of the controller"
+    )]
+    InputReacts {
+        /// The input.
+        input: String,
+        /// The output.
+        output: String,
+    },
     /// Samples of the output that stand alone, far from the model.
     #[error("{}", outliers(samples, *.left_out))]
     Outliers {

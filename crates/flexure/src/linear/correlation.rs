@@ -2,6 +2,8 @@
 
 use realfft::RealFftPlanner;
 
+use crate::vectors::dot;
+
 /// The covariances $c_j = \frac1n \sum_n (x_n - \bar x)(y_{n+j} - \bar y)$ for j = 0, ..., `lags`.
 ///
 /// The record is cut into blocks whose spectra are multiplied and added up, so that a million samples
@@ -71,6 +73,21 @@ pub(crate) fn weighted_mean(values: &[f64], weights: Option<&[f64]>) -> f64 {
     let start = values.first().copied().unwrap_or(f64::NAN);
     let first = about(start) + start;
     first + about(first)
+}
+
+/// The values minus their mean.
+pub(crate) fn about_mean(values: &[f64]) -> Vec<f64> {
+    let centre = mean(values);
+    values.iter().map(|v| v - centre).collect()
+}
+
+/// The mean of the squares; 0 without values.
+pub(crate) fn mean_square(values: &[f64]) -> f64 {
+    if values.is_empty() {
+        0.0
+    } else {
+        dot(values, values) / values.len() as f64
+    }
 }
 
 /// The mean squared deviation from the mean.

@@ -1,6 +1,7 @@
 //! Nonlinear least squares for a few parameters (Marquardt 1963, with the gain-ratio damping of
 //! Nielsen 1999).
 
+use super::least_squares::{NormalEquations, normal_equations};
 use crate::interrupt;
 use crate::linalg;
 
@@ -15,52 +16,6 @@ const MOST_DAMPING: f64 = 1e16;
 pub(crate) struct Linearisation {
     pub residuals: Vec<f64>,
     pub jacobian: Vec<Vec<f64>>,
-}
-
-impl Linearisation {
-    fn equations(&self) -> NormalEquations {
-        let n = self.jacobian.len();
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-        let mut normal = vec![0.0; n * n];
-        for i in 0..n {
-            for j in 0..=i {
-                let entry = dot(&self.jacobian[i], &self.jacobian[j]);
-                normal[i * n + j] = entry;
-                normal[j * n + i] = entry;
-            }
-        }
-        NormalEquations {
-            cost: dot(&self.residuals, &self.residuals),
-            descent: self.jacobian.iter().map(|c| -dot(c, &self.residuals)).collect(),
-            normal,
-        }
-    }
-}
-
-/// A sum of squares linearised about a point: all that a step needs.
-#[derive(Clone)]
-pub(crate) struct NormalEquations {
-    /// The sum of squares r'r.
-    pub cost: f64,
-    /// -J'r
-    pub descent: Vec<f64>,
-    /// J'J, row-major, both triangles.
-    pub normal: Vec<f64>,
-}
-
-impl NormalEquations {
-    /// The equations of the other parameters while this one is fixed.
-    pub fn without(&self, fixed: usize) -> NormalEquations {
-        let n = self.descent.len();
-        let kept = || (0..n).filter(|&i| i != fixed);
-        NormalEquations {
-            cost: self.cost,
-            descent: kept().map(|i| self.descent[i]).collect(),
-            normal: kept()
-                .flat_map(|i| kept().map(move |j| self.normal[i * n + j]))
-                .collect(),
-        }
-    }
 }
 
 /// Where a minimisation ended.
@@ -78,7 +33,9 @@ pub(crate) fn minimise(
     iterations: usize,
     evaluate: impl Fn(&[f64]) -> Option<Linearisation>,
 ) -> Option<Minimum> {
-    minimise_squares(start, iterations, |p| evaluate(p).map(|l| l.equations()))
+    minimise_squares(start, iterations, |p| {
+        evaluate(p).map(|at| normal_equations(&at.residuals, &at.jacobian, 0))
+    })
 }
 
 /// [`minimise`] for residuals that are only known through their normal equations.

@@ -3,6 +3,7 @@
 pub(crate) mod autoregression;
 mod best_linear;
 pub(crate) mod correlation;
+pub(crate) mod least_squares;
 pub(crate) mod levenberg_marquardt;
 mod transfer_function;
 

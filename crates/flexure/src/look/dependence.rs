@@ -21,7 +21,7 @@ use super::limits::{
 use crate::distributions::{erfc, erfc_inverse};
 use crate::linear::TransferFunction;
 use crate::linear::autoregression::whitening;
-use crate::linear::correlation::{cross_covariance, mean, variance};
+use crate::linear::correlation::{about_mean, cross_covariance, mean, variance};
 use crate::parallel;
 
 /// A dependence between two columns.
@@ -148,8 +148,7 @@ pub(super) fn stretch(samples: usize, columns: usize) -> std::ops::Range<usize> 
 
 /// A column and its square as whitened means of blocks; `None` for one that does not vary.
 fn whitened(samples: &[f64], block: usize) -> Whitened {
-    let centre = mean(samples);
-    let deviations: Vec<f64> = samples.iter().map(|v| v - centre).collect();
+    let deviations = about_mean(samples);
     let squares: Vec<f64> = deviations.iter().map(|v| v * v).collect();
     Whitened {
         signal: white(&blocks(&deviations, block)),
@@ -165,13 +164,11 @@ pub(super) fn blocks(samples: &[f64], block: usize) -> Vec<f64> {
 /// A signal whitened by several autoregressions in sequence, since the first one leaves much of a smooth signal; `None` if it does not
 /// vary.
 fn white(signal: &[f64]) -> Option<Vec<f64>> {
-    let centre = mean(signal);
     let largest = signal.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    let centred: Vec<f64> = signal.iter().map(|v| v - centre).collect();
     if !(variance(signal).sqrt() > 1e-9 * largest) {
         return None;
     }
-    let mut white = centred;
+    let mut white = about_mean(signal);
     for _ in 0..PASSES {
         let polynomial = whitening(&white, SAMPLES_PER_COEFFICIENT);
         let order = polynomial.len() - 1;
@@ -328,8 +325,7 @@ mod tests {
         let n = 2000;
         let wave = |k: usize| -> Vec<f64> {
             let values: Vec<f64> = (0..n).map(|i| ((i * i * k) as f64 * 0.37).sin()).collect();
-            let centre = mean(&values);
-            values.iter().map(|v| v - centre).collect()
+            about_mean(&values)
         };
         let (a, b) = (wave(3), wave(5));
         let both = Statistics::two_sided(&a, &b).unwrap();

@@ -13,11 +13,9 @@ use super::dependence::blocks;
 use super::limits::{
     AIMED_BLOCKS, DRIVEN, DRIVEN_SHARE, FEWEST_INTEGRATED, INTEGRATED_LAGS, SETTLES, SLOWER, STANDARD_ERRORS,
 };
-use crate::linalg::inverse_positive_definite;
-use crate::linear::correlation::{mean, variance};
-
-/// The ridge of the least squares for columns of unit length. Rounding is of this size.
-const RIDGE: f64 = 1e-12;
+use crate::linear::correlation::{about_mean, variance};
+use crate::linear::least_squares::{UnitDiagonal, regression};
+use crate::vectors::{combined, dot};
 
 /// The evidence for an output that integrates its input.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -137,8 +135,7 @@ impl Regression {
 
 /// A column about its mean, in standard deviations; `None` if it does not vary.
 fn scaled(column: &[f64]) -> Option<Vec<f64>> {
-    let centre = mean(column);
-    let deviations: Vec<f64> = column.iter().map(|v| v - centre).collect();
+    let deviations = about_mean(column);
     let spread = variance(&deviations).sqrt();
     let largest = column.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     (spread > 1e-9 * largest).then(|| deviations.iter().map(|v| v / spread).collect())
@@ -155,30 +152,17 @@ struct LeastSquares {
 
 impl LeastSquares {
     fn new(columns: &[Vec<f64>], target: &[f64]) -> Option<Self> {
+        let equations = regression(target, columns, 0);
+        // Without noise the past determines the present, and columns depend on one another: the inverse then has a ridge.
+        let inverse = UnitDiagonal::new(&equations).inverse()?;
         let q = columns.len();
-        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        // Columns are scaled to unit length, which gives a well-conditioned matrix.
-        let lengths: Vec<f64> = columns.iter().map(|c| product(c, c).sqrt()).collect();
-        if lengths.iter().any(|l| !(*l > 0.0)) {
-            return None;
-        }
-        let normal: Vec<f64> = (0..q * q)
-            .map(|k| product(&columns[k / q], &columns[k % q]) / (lengths[k / q] * lengths[k % q]))
-            .enumerate()
-            // Without noise the past determines the present, and columns depend on one another.
-            .map(|(k, v)| if k / q == k % q { v + RIDGE } else { v })
+        let coefficients: Vec<f64> = inverse
+            .chunks_exact(q)
+            .map(|row| dot(row, &equations.descent))
             .collect();
-        let right: Vec<f64> = (0..q).map(|i| product(&columns[i], target) / lengths[i]).collect();
-        let unit = inverse_positive_definite(&normal, q)?;
-        let inverse: Vec<f64> = (0..q * q)
-            .map(|k| unit[k] / (lengths[k / q] * lengths[k % q]))
-            .collect();
-        let coefficients: Vec<f64> = (0..q)
-            .map(|i| product(&unit[i * q..(i + 1) * q], &right) / lengths[i])
-            .collect();
-        let error = |t: usize| target[t] - (0..q).map(|i| coefficients[i] * columns[i][t]).sum::<f64>();
+        let fitted = combined(columns, &coefficients);
         Some(LeastSquares {
-            rest: (0..target.len()).map(|t| error(t).powi(2)).sum(),
+            rest: target.iter().zip(&fitted).map(|(y, f)| (y - f).powi(2)).sum(),
             freedom: (target.len() - q) as f64,
             coefficients,
             inverse,

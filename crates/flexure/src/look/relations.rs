@@ -1,7 +1,8 @@
 //! Columns that are another one's derivative, or another one times a factor.
 
 use super::limits::{DERIVATIVE_FACTOR, DERIVATIVE_LEFT, ROUNDING, SAME};
-use crate::linear::correlation::{mean, variance};
+use crate::linear::correlation::{about_mean, mean, variance};
+use crate::vectors::dot;
 
 /// A column that is computed from another one, or measures the same.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,7 +43,7 @@ pub(super) fn relations(signals: &[(usize, &[f64])], sample_time: Option<f64>) -
         .iter()
         .map(|s| without_line(&integral(s.1, sample_time)))
         .collect();
-    let centred: Vec<Vec<f64>> = signals.iter().map(|s| without_mean(s.1)).collect();
+    let centred: Vec<Vec<f64>> = signals.iter().map(|s| about_mean(s.1)).collect();
     let mut found = Vec::new();
     for (i, &(column, _)) in signals.iter().enumerate() {
         // If several columns are similar, a derivative belongs to the one that is nearest to its integral.
@@ -83,8 +84,7 @@ struct Proportion {
 
 /// `y` in terms of `x`; `None` if either does not vary.
 fn proportion(x: &[f64], y: &[f64]) -> Option<Proportion> {
-    let sum = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let (xx, xy, yy) = (sum(x, x), sum(x, y), sum(y, y));
+    let (xx, xy, yy) = (dot(x, x), dot(x, y), dot(y, y));
     (xx > 0.0 && yy > 0.0).then(|| Proportion {
         factor: xy / xx,
         left: 1.0 - xy * xy / (xx * yy),
@@ -105,14 +105,9 @@ fn integral(samples: &[f64], sample_time: Option<f64>) -> Vec<f64> {
     samples.iter().map(add).collect()
 }
 
-fn without_mean(samples: &[f64]) -> Vec<f64> {
-    let centre = mean(samples);
-    samples.iter().map(|v| v - centre).collect()
-}
-
 /// The samples minus the straight line through them (least squares); zeros if only rounding is left.
 fn without_line(samples: &[f64]) -> Vec<f64> {
-    let centred = without_mean(samples);
+    let centred = about_mean(samples);
     let middle = (samples.len() as f64 - 1.0) / 2.0;
     let time: Vec<f64> = (0..samples.len()).map(|i| i as f64 - middle).collect();
     let slope = proportion(&time, &centred).map_or(0.0, |p| p.factor);

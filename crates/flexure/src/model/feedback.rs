@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::Result;
 use crate::linear::TransferFunction;
 use crate::nonlinearity::Curve;
+use crate::vectors::dot;
 
 /// The largest order of a model that can be simulated. Convention.
 const LARGEST_ORDER: usize = 100;
@@ -293,10 +294,6 @@ impl FeedbackModel {
 struct LoopStep {
     output: f64,
     entering: f64,
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 fn unit(n: usize, i: usize) -> Vec<f64> {

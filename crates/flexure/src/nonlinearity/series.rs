@@ -13,6 +13,7 @@ use super::functions::Functions;
 use super::least_squares::Nested;
 use crate::error::{Error, ParameterError, Result};
 use crate::selection::{OpenEnds, Search};
+use crate::vectors::dot;
 
 /// The most terms of a series. For more terms another estimator is better: the cost is O(n K^2), and the functions' rounding grows.
 const MOST_TERMS: usize = 256;
@@ -271,7 +272,7 @@ impl SeriesFit {
     fn sum(&self, functions: impl Fn(&Functions, &mut [f64])) -> f64 {
         let mut v = vec![0.0; self.coefficients.len()];
         functions(&self.functions, &mut v);
-        v.iter().zip(&self.coefficients).map(|(v, c)| v * c).sum()
+        dot(&v, &self.coefficients)
     }
 }
 

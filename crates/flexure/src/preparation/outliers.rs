@@ -81,14 +81,9 @@ impl Outliers {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::signal::gaussian;
     use rand::{RngExt, SeedableRng};
-    use rand_distr::{Distribution, StandardNormal};
     use rand_pcg::Pcg64;
-
-    fn noise(n: usize, seed: u64) -> Vec<f64> {
-        let mut rng = Pcg64::seed_from_u64(seed);
-        (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
-    }
 
     /// The rule as it is written above, by sorting.
     fn by_definition(x: &[f64], rule: Outliers) -> Vec<usize> {
@@ -132,7 +127,7 @@ mod tests {
             let mut found = 0;
             for seed in 0..20 {
                 let heavy = |x: &f64| x * x * x; // many outliers
-                let mut x: Vec<f64> = noise(300, seed).iter().map(heavy).collect();
+                let mut x: Vec<f64> = gaussian(300, seed).iter().map(heavy).collect();
                 for _ in 0..20 {
                     x[rng.random_range(0..300)] = f64::NAN;
                 }
@@ -147,7 +142,7 @@ mod tests {
     #[test]
     fn spikes_in_a_noisy_motion_are_found_and_nothing_else() {
         let spikes = [0, 1, 500, 501, 502, 1200, 1999];
-        let mut x: Vec<f64> = noise(2000, 1)
+        let mut x: Vec<f64> = gaussian(2000, 1)
             .iter()
             .zip(0..)
             .map(|(e, i)| 0.01 * e + (0.02 * f64::from(i)).sin())
@@ -162,7 +157,7 @@ mod tests {
     #[test]
     fn honest_signals_lose_nothing() {
         let n = 100_000;
-        let noise = noise(n, 2);
+        let noise = gaussian(n, 2);
         let held = |every: usize| (0..n).map(|i| noise[i / every]).collect::<Vec<f64>>();
         let signals: [(&str, Vec<f64>); 8] = [
             ("noise", noise.clone()),
@@ -184,12 +179,12 @@ mod tests {
 
     #[test]
     fn a_million_samples_of_noise_lose_none() {
-        assert_eq!(Outliers::default().find(&noise(1_000_000, 5)).unwrap(), [0_usize; 0]);
+        assert_eq!(Outliers::default().find(&gaussian(1_000_000, 5)).unwrap(), [0_usize; 0]);
     }
 
     #[test]
     fn scale_and_offset_change_nothing() {
-        let x: Vec<f64> = noise(500, 9).iter().map(|x| x.powi(5)).collect();
+        let x: Vec<f64> = gaussian(500, 9).iter().map(|x| x.powi(5)).collect();
         let rule = Outliers::default();
         let places = rule.find(&x).unwrap();
         assert!(!places.is_empty());

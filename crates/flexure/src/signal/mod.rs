@@ -18,6 +18,8 @@ mod periodic;
 mod random;
 
 pub use periodic::{Chirp, Phases, Sweep, multisine};
+#[cfg(test)]
+pub(crate) use random::gaussian;
 pub use random::{multilevel, prbs, white_gaussian, white_uniform};
 
 use crate::error::{Error, Result};

@@ -32,6 +32,12 @@ pub fn white_gaussian(n: usize, std: f64, seed: u64) -> Result<Vec<f64>> {
     Ok(normal.sample_iter(Pcg64::seed_from_u64(seed)).take(n).collect())
 }
 
+/// Gaussian samples of unit variance, for tests.
+#[cfg(test)]
+pub(crate) fn gaussian(n: usize, seed: u64) -> Vec<f64> {
+    white_gaussian(n, 1.0, seed).unwrap()
+}
+
 /// `n` samples on `levels` equidistant levels from `-amplitude` to `amplitude`, each drawn
 /// independently and held for `hold` samples.
 ///

@@ -165,6 +165,7 @@ mod tests {
     use super::*;
     use crate::linear::TransferFunction;
     use crate::nonlinearity::{Curve, Outside};
+    use crate::vectors::dot;
 
     fn linear(b: &[f64], a: &[f64]) -> Block {
         Block::Linear(TransferFunction::new(b.to_vec(), a.to_vec()).unwrap())
@@ -228,7 +229,6 @@ mod tests {
             (0..60).map(step).collect()
         };
         let (p, q) = (free([1.0, 0.0]), free([0.0, 1.0]));
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let base = block.simulate(&u);
         let left: Vec<f64> = y.iter().zip(&base).map(|(y, s)| y - s).collect();
         let (pp, pq, qq) = (dot(&p, &p), dot(&p, &q), dot(&q, &q));

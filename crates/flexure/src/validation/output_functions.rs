@@ -10,6 +10,7 @@
 
 use super::regression::Regression;
 use super::test::{Observed, ResidualTest, TestKind};
+use crate::vectors::dot;
 
 /// Lags m of the input and the output whose linear part is not tested. Convention.
 const LAGS: usize = 5;
@@ -93,10 +94,6 @@ impl Basis {
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 /// Subtracts from a column its part along a unit column.
 fn subtract(column: &mut [f64], unit: &[f64]) {
     let part = dot(column, unit);
@@ -106,16 +103,11 @@ fn subtract(column: &mut [f64], unit: &[f64]) {
 #[cfg(test)]
 mod tests {
     use rand::{RngExt, SeedableRng};
-    use rand_distr::{Distribution, StandardNormal};
     use rand_pcg::Pcg64;
 
     use super::*;
     use crate::linear::TransferFunction;
-
-    fn noise(n: usize, seed: u64) -> Vec<f64> {
-        let mut rng = Pcg64::seed_from_u64(seed);
-        (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
-    }
+    use crate::signal::gaussian;
 
     fn filtered(b: &[f64], a: &[f64], v: &[f64]) -> Vec<f64> {
         TransferFunction::new(b.to_vec(), a.to_vec()).unwrap().simulate(v)
@@ -131,10 +123,10 @@ mod tests {
         for a in [[1.0, 0.0], [1.0, -0.95]] {
             let rejected = |seed: &u64| {
                 let n = 800;
-                let u = noise(n, *seed);
+                let u = gaussian(n, *seed);
                 let bent: Vec<f64> = u.iter().map(|u| u.clamp(-0.7, 1.0)).collect();
                 let y = filtered(&[0.0, 1.0, 0.5], &[1.0, -1.5, 0.7], &bent);
-                let e = filtered(&[0.2], &a, &noise(n, 1000 + seed));
+                let e = filtered(&[0.2], &a, &gaussian(n, 1000 + seed));
                 let y: Vec<f64> = y.iter().zip(&e).map(|(y, e)| y + e).collect();
                 !test(&e, &u, &y).passed()
             };
@@ -167,19 +159,23 @@ mod tests {
         let e: Vec<f64> = y
             .iter()
             .zip(&p)
-            .zip(noise(n, 2))
+            .zip(gaussian(n, 2))
             .map(|((y, p), w)| y - p + 1e-4 * w)
             .collect();
         let found = test(&e, &torque, &y);
         assert!(found.p_value < 1e-6 && found.effect > 0.0, "{found:?}");
-        let linear = test(&noise(n, 3).iter().map(|w| 1e-3 * w).collect::<Vec<_>>(), &torque, &p);
+        let linear = test(
+            &gaussian(n, 3).iter().map(|w| 1e-3 * w).collect::<Vec<_>>(),
+            &torque,
+            &p,
+        );
         assert!(linear.passed(), "{linear:?}");
     }
 
     /// The statistic is that of two least-squares fits, summed directly.
     #[test]
     fn the_statistic_compares_two_regressions() {
-        let (u, y, e) = (noise(200, 4), noise(200, 5), noise(200, 6));
+        let (u, y, e) = (gaussian(200, 4), gaussian(200, 5), gaussian(200, 6));
         let found = test(&e, &u, &y);
         let error = Regression::new(&e);
         assert_eq!(error.order(), 0);
@@ -217,7 +213,7 @@ mod tests {
 
     #[test]
     fn columns_that_say_nothing_are_left_out() {
-        let e = noise(100, 7);
+        let e = gaussian(100, 7);
         let constant = [1.0; 100];
         let found = test(&e, &constant, &constant);
         assert!(found.passed() && found.statistic == 0.0);

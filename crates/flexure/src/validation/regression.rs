@@ -1,15 +1,13 @@
 //! Does the past of one signal say something about another? A linear regression for signals of any colour.
 
-use crate::linalg;
 use crate::linear::autoregression::whitening;
-use crate::linear::correlation::mean;
+use crate::linear::correlation::{about_mean, mean};
+use crate::linear::least_squares::{NormalEquations, UnitDiagonal};
+use crate::vectors::dot;
 
 /// Samples for each coefficient of the autoregression. There are fewer than for a fit's errors, as the fresh part is short; the tests in
 /// `residuals_tests.rs` measure the levels with it.
 const SAMPLES_PER_COEFFICIENT: usize = 20;
-/// Values to add to a unit diagonal if the regressors nearly determine one another. The first are of the size of rounding; larger ones
-/// follow if that is not enough.
-const RIDGES: [f64; 4] = [0.0, 1e-12, 1e-9, 1e-6];
 
 /// The signal to be explained, whitened by an autoregression.
 ///
@@ -92,41 +90,30 @@ impl<'a> Regression<'a> {
             rest,
         };
         let centre = mean(v);
-        let squares = squares_about_mean(v);
         // The level is subtracted first: otherwise products of the means would cost most digits.
-        let level = mean(&w);
-        let w: Vec<f64> = w.iter().map(|w| w - level).collect();
+        let w = about_mean(&w);
         let lagged = |lag: usize| &w[lags - lag..w.len() - lag];
         let means: Vec<f64> = (0..size).map(|lag| mean(lagged(lag))).collect();
         let gram = gram(&w, lags);
-        let covariance = |i: usize, j: usize| gram[i * size + j] - n as f64 * means[i] * means[j];
-        let scale: Vec<f64> = (0..size).map(|i| covariance(i, i).max(0.0).sqrt()).collect();
-        if !(squares > 0.0 && scale.iter().all(|s| *s > 0.0 && s.is_finite())) {
+        let covariance = |k: usize| gram[k] - n as f64 * means[k / size] * means[k % size];
+        let with_v = |lag: usize| lagged(lag).iter().zip(v).map(|(w, v)| w * (v - centre)).sum();
+        let equations = NormalEquations {
+            cost: squares_about_mean(v),
+            descent: (0..size).map(with_v).collect(),
+            normal: (0..size * size).map(covariance).collect(),
+        };
+        let varies = |i: usize| equations.normal[i * size + i] > 0.0 && equations.normal[i * size + i].is_finite();
+        if !(equations.cost > 0.0 && (0..size).all(varies)) {
             return nothing;
         }
-        let with_v: Vec<f64> = (0..size)
-            .map(|lag| {
-                let products = lagged(lag).iter().zip(v).map(|(w, v)| w * (v - centre));
-                products.sum::<f64>() / scale[lag]
-            })
-            .collect();
-        for ridge in RIDGES {
-            let entry = |k: usize| {
-                let (i, j) = (k / size, k % size);
-                covariance(i, j) / (scale[i] * scale[j]) + if i == j { ridge } else { 0.0 }
-            };
-            let matrix: Vec<f64> = (0..size * size).map(entry).collect();
-            if let Some(slopes) = linalg::solve_positive_definite(&matrix, &with_v) {
-                let share = slopes.iter().zip(&with_v).map(|(a, b)| a * b).sum::<f64>() / squares;
-                let slopes: Vec<f64> = slopes.iter().zip(&scale).map(|(b, s)| b / s).collect();
-                return Explained {
-                    share: share.clamp(0.0, 1.0 - f64::EPSILON),
-                    part: self.part(signal, &slopes),
-                    rest,
-                };
-            }
+        match UnitDiagonal::new(&equations).ridged_solution(&equations.descent) {
+            None => nothing,
+            Some(slopes) => Explained {
+                share: (dot(&slopes, &equations.descent) / equations.cost).clamp(0.0, 1.0 - f64::EPSILON),
+                part: self.part(signal, &slopes),
+                rest,
+            },
         }
-        nothing
     }
 
     /// The share of the signal's squares about its mean that lags 0, 1, ... of `w` with these slopes explain.
@@ -187,6 +174,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
 
     use super::*;
+    use crate::linalg;
 
     fn noise(n: usize, seed: u64) -> Vec<f64> {
         let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);

@@ -1,20 +1,13 @@
 //! The tests' levels, measured, and their power.
 
-use rand::SeedableRng;
-use rand_distr::{Distribution, StandardNormal};
-
 use super::*;
 use crate::linear::TransferFunction;
+use crate::signal::gaussian;
 use crate::validation::test::Inflation;
-
-fn white(seed: u64, n: usize) -> Vec<f64> {
-    let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
-    (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
-}
 
 fn coloured(seed: u64, n: usize, pole: f64) -> Vec<f64> {
     let filter = TransferFunction::new(vec![1.0], vec![1.0, -pole]).unwrap();
-    filter.simulate(&white(seed, n + 200)).split_off(200)
+    filter.simulate(&gaussian(n + 200, seed)).split_off(200)
 }
 
 /// How often `kind` rejects over many independent pairs (e, u).
@@ -111,7 +104,7 @@ fn the_effect_is_the_dependent_share_whatever_the_length_and_the_colours() {
     }
     // Nothing there: nothing on average either, where R^2 itself is 26/500.
     let silent = (0..200).map(|seed| {
-        let tests = ResidualTests::new(&white(2 * seed, 500), &white(2 * seed + 1, 500)).unwrap();
+        let tests = ResidualTests::new(&gaussian(500, 2 * seed), &gaussian(500, 2 * seed + 1)).unwrap();
         tests.tests[1].effect / 200.0
     });
     assert!(silent.sum::<f64>() < 0.01);
@@ -120,7 +113,7 @@ fn the_effect_is_the_dependent_share_whatever_the_length_and_the_colours() {
 #[test]
 fn of_several_tests_the_one_with_the_largest_part_refutes() {
     // The input explains 1 % of the error, its square 20 %.
-    let (u, noise) = (white(1, 5000), white(2, 5000));
+    let (u, noise) = (gaussian(5000, 1), gaussian(5000, 2));
     let e: Vec<f64> = u.iter().zip(&noise).map(|(u, v)| v + 0.12 * u + 0.4 * u * u).collect();
     let tests = ResidualTests::new(&e, &u).unwrap();
     assert!(!tests.tests[1].passed() && !tests.tests[2].passed());
@@ -133,7 +126,7 @@ fn the_limits_allow_for_the_error_of_estimated_parameters() {
     let (n, lags, runs) = (600, 20, 1500);
     let [mut allowed, mut plain] = [0_u64; 2];
     for seed in 0..runs {
-        let (e, u) = (white(2 * seed, 2 * n), white(2 * seed + 1, 2 * n));
+        let (e, u) = (gaussian(2 * n, 2 * seed), gaussian(2 * n, 2 * seed + 1));
         let row = |t: usize| (0..=lags).map(|k| u[t - k]).collect::<Vec<_>>();
         let rows: Vec<f64> = (lags..n).flat_map(row).collect();
         let slopes = crate::linalg::least_squares(&rows, lags + 1, &e[lags..n]).unwrap();
@@ -161,8 +154,8 @@ fn equal_values_share_their_ranks() {
 #[test]
 fn dependence_is_found() {
     let linear = |seed| {
-        let u = white(2 * seed, 1000);
-        let e = white(2 * seed + 1, 1000)
+        let u = gaussian(1000, 2 * seed);
+        let e = gaussian(1000, 2 * seed + 1)
             .iter()
             .enumerate()
             .map(|(i, e)| e + 0.25 * u[i.max(3) - 3])
@@ -171,8 +164,8 @@ fn dependence_is_found() {
     };
     assert!(rejections(TestKind::InputIndependence, 50, linear) > 0.95);
     let even = |seed| {
-        let u = white(2 * seed, 1000);
-        let e = white(2 * seed + 1, 1000)
+        let u = gaussian(1000, 2 * seed);
+        let e = gaussian(1000, 2 * seed + 1)
             .iter()
             .zip(&u)
             .map(|(e, u)| e + 0.2 * u * u)
@@ -182,14 +175,14 @@ fn dependence_is_found() {
     assert!(rejections(TestKind::SquaredInputIndependence, 50, even) > 0.95);
     // A saturation before a slow pole. A linear model covers its linear part; no other test sees the rest.
     let odd = |seed| {
-        let u = white(2 * seed, 400);
+        let u = gaussian(400, 2 * seed);
         let slope = u.iter().map(|u| u * u.clamp(-0.7, 0.7)).sum::<f64>() / u.iter().map(|u| u * u).sum::<f64>();
         let missed: Vec<f64> = u.iter().map(|u| u.clamp(-0.7, 0.7) - slope * u).collect();
         let slow = TransferFunction::new(vec![0.3], vec![1.0, -0.7]).unwrap();
         let e = slow
             .simulate(&missed)
             .iter()
-            .zip(white(2 * seed + 1, 400))
+            .zip(gaussian(400, 2 * seed + 1))
             .map(|(e, noise)| e + 0.01 * noise)
             .collect();
         (e, u)
@@ -197,8 +190,8 @@ fn dependence_is_found() {
     assert!(rejections(TestKind::CubedInputIndependence, 50, odd) > 0.95);
     assert!(rejections(TestKind::SquaredInputIndependence, 50, odd) < 0.2);
     let spread = |seed| {
-        let u = white(2 * seed, 1000);
-        let e = white(2 * seed + 1, 1000)
+        let u = gaussian(1000, 2 * seed);
+        let e = gaussian(1000, 2 * seed + 1)
             .iter()
             .zip(&u)
             .map(|(e, u)| e * (1.0 + 0.5 * u * u))
@@ -209,7 +202,7 @@ fn dependence_is_found() {
     assert!(
         rejections(TestKind::Whiteness, 50, |seed| (
             coloured(seed, 1000, 0.3),
-            white(seed, 1000)
+            gaussian(1000, seed)
         )) > 0.95
     );
 }
@@ -219,9 +212,9 @@ fn a_nonlinearity_after_the_dynamics_is_found_where_the_input_alone_does_not_sho
     // The prediction is linear with a memory of 50 samples; the output is its saturation.
     let slow = TransferFunction::new(vec![0.2], vec![1.0, -0.98]).unwrap();
     let tests = |seed: u64, share: f64| {
-        let u = white(2 * seed, 3000);
+        let u = gaussian(3000, 2 * seed);
         let p = slow.simulate(&u);
-        let e: Vec<f64> = white(2 * seed + 1, 3000)
+        let e: Vec<f64> = gaussian(3000, 2 * seed + 1)
             .iter()
             .zip(&p)
             .map(|(e, p)| e - share * p.powi(3))
@@ -254,7 +247,7 @@ fn a_nonlinearity_after_the_dynamics_is_found_where_the_input_alone_does_not_sho
 
 #[test]
 fn nothing_left_is_nothing_against_the_model() {
-    let tests = ResidualTests::new(&[0.0; 100], &white(1, 100)).unwrap();
+    let tests = ResidualTests::new(&[0.0; 100], &gaussian(100, 1)).unwrap();
     assert!(tests.refutation().is_none() && tests.tests.iter().all(ResidualTest::passed));
 }
 
@@ -277,7 +270,7 @@ fn chi_squared_limits_are_those_of_tables() {
 
 #[test]
 fn an_estimated_noise_model_raises_the_limit_of_whiteness_alone() {
-    let (e, u, p) = (white(1, 600), white(2, 600), white(3, 600));
+    let (e, u, p) = (gaussian(600, 1), gaussian(600, 2), gaussian(600, 3));
     let noise = Estimated {
         parameters: 9,
         samples: 1800,
@@ -295,7 +288,7 @@ fn an_estimated_noise_model_raises_the_limit_of_whiteness_alone() {
 
 #[test]
 fn tests_that_share_a_level_reject_later() {
-    let (e, u, p) = (white(4, 400), white(5, 400), white(6, 400));
+    let (e, u, p) = (gaussian(400, 4), gaussian(400, 5), gaussian(400, 6));
     let alone = ResidualTests::with_prediction(&e, &u, &p).unwrap();
     let shared = ResidualTests::among(&e, &u, &p, None, 3).unwrap();
     for (a, b) in alone.tests.iter().zip(&shared.tests) {

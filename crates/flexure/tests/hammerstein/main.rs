@@ -3,6 +3,7 @@
 mod calibration;
 mod cascades;
 mod colour;
+mod controlled;
 mod errors;
 mod forms;
 mod invariance;

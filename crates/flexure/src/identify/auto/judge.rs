@@ -7,7 +7,7 @@ use super::{Refutation, rank};
 use crate::identify::outcome::Verdict;
 use crate::identify::request::{Rank, Structure};
 use crate::identify::result::StructureName;
-use crate::linear::correlation::mean;
+use crate::linear::correlation::mean_square;
 use crate::quantiles::NORMAL_MAD;
 use crate::validation::{LEVEL, PairedComparison, ResidualTest};
 
@@ -68,10 +68,6 @@ impl<'a> Judged<'a> {
     }
 }
 
-fn mean_square(errors: &[f64]) -> f64 {
-    mean(&errors.iter().map(|e| e * e).collect::<Vec<f64>>())
-}
-
 /// Errors cut at several robust standard deviations: a few samples at which a candidate extrapolates must not decide.
 fn cut(mut errors: Vec<f64>) -> Vec<f64> {
     let mut sizes: Vec<f64> = errors.iter().map(|e| e.abs()).collect();
@@ -105,69 +101,71 @@ pub(super) struct Judgement<'a> {
 /// Judges candidates, at least one, in order of rank, on the fresh samples of these inputs.
 pub(super) fn judge<'a>(candidates: &[Judged<'a>], inputs: &[&[f64]]) -> Judgement<'a> {
     let squares: Vec<f64> = candidates.iter().map(|c| mean_square(&c.errors)).collect();
-    // A few wild samples do not refute a candidate, but it is then not the best one.
-    let uncut: Vec<f64> = candidates.iter().map(|c| mean_square(&c.uncut)).collect();
-    let best = smallest(&uncut, 0..candidates.len());
-    let level = LEVEL / candidates.len().saturating_sub(1).max(1) as f64;
-    // Comparisons are only with the best one.
-    let worse: Vec<Option<Refutation>> = (0..candidates.len())
-        .map(|i| {
-            let test = PairedComparison::new(&candidates[i].errors, &candidates[best].errors).ok()?;
-            let excess = squares[i] / squares[best] - 1.0;
-            (test.p_value < level && excess > TOLERATED_SHARE).then(|| Refutation::Comparison {
-                better: candidates[best].structure,
-                ratio: squares[i] / squares[best],
-                p_value: test.p_value,
-            })
-        })
-        .collect();
-    let as_good: Vec<usize> = (0..candidates.len()).filter(|i| worse[*i].is_none()).collect();
-    let simplest = as_good.iter().map(|i| rank(candidates[*i].structure)).min();
-    let tier = as_good
-        .into_iter()
-        .filter(|i| Some(rank(candidates[*i].structure)) == simplest);
-    let tier: Vec<usize> = tier.collect();
+    let worse = comparisons(candidates, &squares);
+    let tier = simplest(candidates, &worse);
     // Among equally good ones, the one with the fewest parameters.
     let parameters = |i: &usize| candidates[*i].verdict.estimated.map_or(0, |e| e.parameters);
     let fewest = tier.iter().map(parameters).min();
     let chosen = smallest(&squares, tier.iter().copied().filter(|i| Some(parameters(i)) == fewest));
-    let refuted_by: Vec<Vec<Refutation>> = candidates
-        .iter()
-        .zip(worse)
+    let refuted_by: Vec<Vec<Refutation>> = (candidates.iter().zip(worse))
         .map(|(c, worse)| {
-            worse
-                .into_iter()
-                .chain(c.failed().into_iter().map(Refutation::Test))
-                .collect()
+            let failed = c.failed().into_iter().map(Refutation::Test);
+            worse.into_iter().chain(failed).collect()
         })
         .collect();
     let c = &candidates[chosen];
-    let not_noise = if refuted_by[chosen].is_empty() && c.verdict.refutation().is_none() {
-        0.0
-    } else {
-        let seen = c.verdict.refutation().map_or(0.0, ResidualTest::dependent_share);
-        let by_inputs = inputs.iter().map(|u| explained(&c.errors, u, &c.predicted));
-        by_inputs.fold(seen, f64::max)
-    };
     let supported = c.verdict.holds();
     let looks_like = match supported {
         true => Vec::new(),
         false => symptoms(c.verdict, &c.uncut, inputs, &c.predicted),
     };
-    let seen = looks_like
-        .iter()
-        .filter(|(kind, _)| *kind != Symptom::Outliers)
-        .map(|(_, share)| *share);
-    let not_noise = seen.fold(not_noise, f64::max);
     Judgement {
         chosen,
         verdict: c.verdict,
         ties: tier.into_iter().filter(|i| *i != chosen).collect(),
         supported,
+        not_noise: not_noise(c, !refuted_by[chosen].is_empty(), &looks_like, inputs),
         looks_like,
         refuted_by,
-        not_noise,
     }
+}
+
+/// What refutes each candidate in comparison with the best one; `squares` are their mean squared errors.
+fn comparisons(candidates: &[Judged<'_>], squares: &[f64]) -> Vec<Option<Refutation>> {
+    // A few wild samples do not refute a candidate, but it is then not the best one.
+    let uncut: Vec<f64> = candidates.iter().map(|c| mean_square(&c.uncut)).collect();
+    let best = smallest(&uncut, 0..candidates.len());
+    let level = LEVEL / candidates.len().saturating_sub(1).max(1) as f64;
+    let compared = |(i, c): (usize, &Judged<'_>)| {
+        let test = PairedComparison::new(&c.errors, &candidates[best].errors).ok()?;
+        let excess = squares[i] / squares[best] - 1.0;
+        (test.p_value < level && excess > TOLERATED_SHARE).then(|| Refutation::Comparison {
+            better: candidates[best].structure,
+            ratio: squares[i] / squares[best],
+            p_value: test.p_value,
+        })
+    };
+    candidates.iter().enumerate().map(compared).collect()
+}
+
+/// The simplest candidates that no comparison refutes.
+fn simplest(candidates: &[Judged<'_>], worse: &[Option<Refutation>]) -> Vec<usize> {
+    let as_good = || (0..candidates.len()).filter(|i| worse[*i].is_none());
+    let rank_of = |i: usize| rank(candidates[i].structure);
+    let simplest = as_good().map(rank_of).min();
+    as_good().filter(|i| Some(rank_of(*i)) == simplest).collect()
+}
+
+/// The share of a candidate's squared error that is not noise: the largest that its tests, the inputs or what the error `looks_like` show.
+fn not_noise(c: &Judged<'_>, is_refuted: bool, looks_like: &[(Symptom, f64)], inputs: &[&[f64]]) -> f64 {
+    let test = c.verdict.refutation();
+    let by_inputs = match is_refuted || test.is_some() {
+        true => inputs.iter().map(|u| explained(&c.errors, u, &c.predicted)).collect(),
+        false => Vec::new(),
+    };
+    let by_symptoms = looks_like.iter().filter(|(kind, _)| *kind != Symptom::Outliers);
+    let shares = by_inputs.into_iter().chain(by_symptoms.map(|(_, share)| *share));
+    shares.fold(test.map_or(0.0, ResidualTest::dependent_share), f64::max)
 }
 
 fn smallest(values: &[f64], among: impl IntoIterator<Item = usize>) -> usize {

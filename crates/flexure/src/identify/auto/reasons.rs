@@ -8,26 +8,52 @@ use crate::text::{capitalised, counted, joined, percent};
 
 /// What is supported and why, then what refutes each candidate, then what was not fitted.
 pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement<'_>, others: &Others) -> Vec<String> {
-    let chosen = &candidates[judgement.chosen];
-    let name = chosen.structure;
-    let verdict = judgement.verdict;
-    let equal = judgement.ties.iter().map(|i| candidates[*i].structure.title);
-    let equal: Vec<&str> = std::iter::once(name.title).chain(equal).collect();
-    let supported = match equal.len() {
-        1 => name.title.to_owned(),
-        _ => format!("{} equally", joined(&equal)),
-    };
-    // Nothing is simpler than the first.
-    let simpler = match judgement.chosen {
-        0 => "",
-        _ => "simpler structures predict worse, and ",
-    };
-    let mut all = vec![match (judgement.supported, verdict.refutation()) {
-        (true, None) => format!("The data support {supported}: {simpler}no residual test refutes {name}."),
-        (true, Some(_)) => format!(
-            "The data support {supported}: {simpler}the misfit that a test sees is negligible, {} of the output's standard deviation.",
-            percent(verdict.misfit())
-        ),
+    let name = candidates[judgement.chosen].structure;
+    let mut all = vec![answer(candidates, judgement)];
+    if !judgement.supported && judgement.verdict.measures.fit_percent > 0.0 {
+        all.push(looks_like(&judgement.looks_like));
+    }
+    for i in &judgement.ties {
+        let other = candidates[*i].structure;
+        all.push(format!(
+            "{other} predicts as well as {name}: these data do not distinguish them."
+        ));
+    }
+    all.extend(more_general(candidates, judgement));
+    let refuted = candidates
+        .iter()
+        .filter(|c| !(judgement.supported && c.structure == name))
+        .filter_map(|c| Some((c, strongest(c)?)));
+    all.extend(refuted.map(|(c, by)| format!("{} is refuted by {by}.", capitalised(c.structure.title))));
+    all.extend(not_fitted(others));
+    all
+}
+
+/// Which structures the data support, if any, and why.
+fn answer(candidates: &[StructureCandidate], judgement: &Judgement<'_>) -> String {
+    let (name, verdict) = (candidates[judgement.chosen].structure, judgement.verdict);
+    match (judgement.supported, verdict.refutation()) {
+        (true, refutation) => {
+            let equal = judgement.ties.iter().map(|i| candidates[*i].structure.title);
+            let equal: Vec<&str> = std::iter::once(name.title).chain(equal).collect();
+            let supported = match equal.len() {
+                1 => name.title.to_owned(),
+                _ => format!("{} equally", joined(&equal)),
+            };
+            // Nothing is simpler than the first.
+            let simpler = match judgement.chosen {
+                0 => "",
+                _ => "simpler structures predict worse, and ",
+            };
+            let why = match refutation {
+                None => format!("no residual test refutes {name}."),
+                Some(_) => format!(
+                    "the misfit that a test sees is negligible, {} of the output's standard deviation.",
+                    percent(verdict.misfit())
+                ),
+            };
+            format!("The data support {supported}: {simpler}{why}")
+        }
         (false, _) if verdict.measures.fit_percent <= 0.0 => {
             format!("The data support none of these structures: even {name} explains nothing.")
         }
@@ -43,48 +69,41 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement<'
              squared error is not noise.",
             percent(judgement.not_noise)
         ),
-    }];
-    if !judgement.supported && verdict.measures.fit_percent > 0.0 {
-        all.push(looks_like(&judgement.looks_like));
     }
-    for i in &judgement.ties {
-        let other = candidates[*i].structure;
-        all.push(format!(
-            "{other} predicts as well as {name}: these data do not distinguish them."
-        ));
-    }
-    let as_well: Vec<&str> = (candidates.iter().enumerate())
-        .filter(|(i, c)| {
-            judgement.supported && *i != judgement.chosen && c.refuted_by.is_empty() && !judgement.ties.contains(i)
-        })
-        .map(|(_, c)| c.structure.title)
-        .collect();
-    if !as_well.is_empty() {
-        let predict = if as_well.len() == 1 { "predicts" } else { "predict" };
-        all.push(format!(
-            "More general than {name}, {} {predict} as well.",
-            joined(&as_well)
-        ));
-    }
-    let refuted = candidates
+}
+
+/// The structures that hold as well, but are more general than the supported one.
+fn more_general(candidates: &[StructureCandidate], judgement: &Judgement<'_>) -> Option<String> {
+    let holds = |i: usize, c: &StructureCandidate| {
+        judgement.supported && i != judgement.chosen && c.refuted_by.is_empty() && !judgement.ties.contains(&i)
+    };
+    let as_well = (candidates.iter().enumerate()).filter(|(i, c)| holds(*i, c));
+    let as_well: Vec<&str> = as_well.map(|(_, c)| c.structure.title).collect();
+    let predict = match as_well.len() {
+        0 => return None,
+        1 => "predicts",
+        _ => "predict",
+    };
+    let name = candidates[judgement.chosen].structure;
+    Some(format!(
+        "More general than {name}, {} {predict} as well.",
+        joined(&as_well)
+    ))
+}
+
+/// What was not fitted, or came out as something simpler.
+fn not_fitted(others: &Others) -> Vec<String> {
+    let simpler = others
+        .simpler
         .iter()
-        .filter(|c| !(judgement.supported && c.structure == name))
-        .filter_map(|c| Some((c, strongest(c)?)));
-    all.extend(refuted.map(|(c, by)| format!("{} is refuted by {by}.", capitalised(c.structure.title))));
-    for (more, name) in &others.simpler {
-        all.push(format!(
-            "{more} came out as {name}: one of its linear parts is a mere delay."
-        ));
-    }
-    for (titles, why) in [
+        .map(|(more, name)| format!("{more} came out as {name}: one of its linear parts is a mere delay."));
+    let left_out = [
         (&others.superfluous, "a simpler structure holds"),
         (&others.too_few_samples, "the samples are too few"),
-    ] {
-        if !titles.is_empty() {
-            all.push(format!("Not fitted, as {why}: {}.", titles.join(", ")));
-        }
-    }
-    all
+    ];
+    let left_out = left_out.into_iter().filter(|(titles, _)| !titles.is_empty());
+    let left_out = left_out.map(|(titles, why)| format!("Not fitted, as {why}: {}.", titles.join(", ")));
+    simpler.chain(left_out).collect()
 }
 
 /// The strongest evidence against a candidate: a comparison, otherwise the test that detects the largest share.

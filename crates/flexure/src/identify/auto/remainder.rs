@@ -6,9 +6,10 @@
 //! the one that explains most counts.
 
 use super::limits::{LAGS, MODERATE, RIDGE, SAMPLES_PER_REGRESSOR};
-use crate::identify::block::{regression, standardised};
+use crate::identify::block::standardised;
 use crate::linalg;
 use crate::linear::correlation::mean;
+use crate::linear::least_squares::regression;
 
 /// The share of the error's variance that is explained out of sample; zero if nothing is, or the samples are too few.
 pub(super) fn explained(error: &[f64], u: &[f64], predicted: &[f64]) -> f64 {
@@ -74,19 +75,12 @@ pub(super) fn moderate(v: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use rand::SeedableRng;
-    use rand_distr::{Distribution, StandardNormal};
-
     use super::*;
-
-    fn white(n: usize, seed: u64) -> Vec<f64> {
-        let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
-        (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
-    }
+    use crate::signal::gaussian;
 
     #[test]
     fn noise_of_any_colour_is_not_explained_and_a_missed_function_is() {
-        let (u, p, e) = (white(2500, 1), white(2500, 2), white(2500, 3));
+        let (u, p, e) = (gaussian(2500, 1), gaussian(2500, 2), gaussian(2500, 3));
         assert!(explained(&e, &u, &p) < 0.02);
         let smooth: Vec<f64> = e.windows(5).map(|w| w.iter().sum()).collect();
         assert!(explained(&smooth, &u[4..], &p[4..]) < 0.1);
@@ -99,7 +93,7 @@ mod tests {
 
     #[test]
     fn few_samples_are_spent_on_lags_of_the_input() {
-        let (u, p, e) = (white(250, 4), white(250, 5), white(250, 6));
+        let (u, p, e) = (gaussian(250, 4), gaussian(250, 5), gaussian(250, 6));
         let late: Vec<f64> = (0..250)
             .map(|t| e[t] + if t >= 9 { 2.0 * u[t - 9] } else { 0.0 })
             .collect();

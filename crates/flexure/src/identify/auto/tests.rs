@@ -4,7 +4,6 @@ use crate::error::{DataError, ParameterError, Stopped};
 use std::ops::ControlFlow;
 
 use rand::{RngExt, SeedableRng};
-use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use super::judge::{Judged, judge};
@@ -14,11 +13,7 @@ use crate::identify::{Verdict, WIENER_HAMMERSTEIN};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::variance;
 use crate::record::Record;
-
-fn gaussian(n: usize, seed: u64) -> Vec<f64> {
-    let mut rng = Pcg64::seed_from_u64(seed);
-    (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
-}
+use crate::signal::gaussian;
 
 /// A record with white noise of 30 dB.
 fn record(u: Vec<f64>, y: &[f64]) -> Record {

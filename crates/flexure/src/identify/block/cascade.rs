@@ -7,8 +7,8 @@
 
 use super::candidate::Candidate;
 use super::limits::{
-    CASCADE_ROUNDS, FIRST_PIECE_QUANTILES, MOST_POLE_GROUPS, MOST_SCREENED, MOST_SPLITS, SAMPLES_IN_COARSE_PIECE,
-    START_SAMPLES,
+    CASCADE_ROUNDS, CONSTANT_SPREAD, FIRST_PIECE_QUANTILES, MOST_POLE_GROUPS, MOST_SCREENED, MOST_SPLITS,
+    SAMPLES_IN_COARSE_PIECE, START_SAMPLES,
 };
 use super::monitor::{Monitor, Stage};
 use super::pieces::refitted;
@@ -165,7 +165,7 @@ pub(in crate::identify) fn fit_nonlinearity(mut front: Rational, back: Rational,
 pub(super) fn with_unit_variance(front: &mut Rational, data: &Signals) -> Option<Vec<f64>> {
     let w = front.run(data.input());
     let spread = variance(&w[data.from..]).sqrt();
-    if !(spread > 1e-12 && spread.is_finite()) {
+    if !(spread > CONSTANT_SPREAD && spread.is_finite()) {
         return None;
     }
     front.b.iter_mut().for_each(|b| *b /= spread);

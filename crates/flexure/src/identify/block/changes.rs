@@ -1,6 +1,6 @@
 //! The structures next to a given one: a pole, a numerator coefficient or a sample of delay more or less.
 
-use super::limits::{LONGEST_NUMERATOR, MOST_POLES, NEARLY_CANCELLED, ROUNDS};
+use super::limits::{LONGEST_DELAY, LONGEST_NUMERATOR, MOST_POLES, NEARLY_CANCELLED, ROUNDS};
 use super::rational::{Rational, Root, Section, groups, with_conjugates};
 use super::system::{Branch, FreeParts, System};
 use crate::linear::Complex;
@@ -58,6 +58,7 @@ fn with_delays(g: &Rational, delay: usize) -> Vec<(Rational, usize)> {
 pub(in crate::identify) fn linear_parts(g: &Rational, delay: usize) -> Vec<(Rational, usize)> {
     let mut all = with_delays(g, delay);
     all.extend(without_fastest(g).map(|g| (g, delay)));
+    all.extend(delay_for_pole(g, delay));
     all
 }
 
@@ -162,13 +163,46 @@ fn without(roots: &[Root], index: usize) -> Vec<Complex<f64>> {
 /// with it.
 fn without_fastest(g: &Rational) -> Option<Rational> {
     let all = groups(&g.poles());
-    let real = all.iter().enumerate().filter(|(_, p)| !p.pair);
-    let (fastest, pole) = real.min_by(|a, b| a.1.at.norm().total_cmp(&b.1.at.norm()))?;
+    let (fastest, pole) = fastest_real(&all)?;
     let mut b = g.b.clone();
     for i in 1..b.len() {
-        b[i] += pole.at.re * b[i - 1];
+        b[i] += pole * b[i - 1];
     }
     Some(Rational::from_roots(&[], &without(&all, fastest)).with_numerator(b))
+}
+
+/// With a longer delay in place of the fastest real pole and of all but two numerator coefficients: a pole and zeros outside the unit circle
+/// can stand for a delay.
+///
+/// Static gain and mean lag stay the same. The mean lag of the numerator is $\sum k b_k / \sum b_k$, that of a pole p is p / (1 - p).
+fn delay_for_pole(g: &Rational, delay: usize) -> Option<(Rational, usize)> {
+    let all = groups(&g.poles());
+    let (fastest, pole) = fastest_real(&all)?;
+    let sum: f64 = g.b.iter().sum();
+    let first_moment: f64 = g.b.iter().enumerate().map(|(k, b)| k as f64 * b).sum();
+    let lag = first_moment / sum + pole / (1.0 - pole);
+    if !(pole > 0.0 && (1.0..=LONGEST_DELAY as f64).contains(&lag)) {
+        return None;
+    }
+    let share = lag.fract();
+    let next = Rational::from_roots(&[], &without(&all, fastest)).with_numerator(vec![1.0 - share, share]);
+    Some((with_gain(next, g)?, delay + lag as usize))
+}
+
+/// A linear block, multiplied to have the static gain of another one.
+fn with_gain(mut g: Rational, of: &Rational) -> Option<Rational> {
+    let gain = of.static_gain() / g.static_gain();
+    (gain.is_finite() && gain != 0.0).then(|| {
+        g.b.iter_mut().for_each(|b| *b *= gain);
+        g
+    })
+}
+
+/// The index and the place of the fastest real pole.
+fn fastest_real(all: &[Root]) -> Option<(usize, f64)> {
+    let real = all.iter().enumerate().filter(|(_, p)| !p.pair);
+    let fastest = real.min_by(|a, b| a.1.at.norm().total_cmp(&b.1.at.norm()))?;
+    Some((fastest.0, fastest.1.at.re))
 }
 
 #[cfg(test)]

@@ -1,15 +1,16 @@
 //! Delays: the lags with zero coefficients in a difference equation; before nonlinearities, the lag with the least equation error of a low
 //! order (Ljung 1999, section 14.5).
 
-use super::least_squares::{UnitDiagonal, least_squares, regression};
 use super::limits::{
-    DELAY_EDGE, DELAY_LAGS, DELAY_LEVEL, DELAY_PAST, LINEAR_DELAY_ORDER, LINEAR_DELAY_SLACK, LONGEST_DELAY,
-    SPLINE_DELAY_ORDER, SPLINE_DELAY_PIECES, SPLINE_DELAY_SAMPLES, SPLINE_DELAY_SLACK, START_SAMPLES,
+    DELAY_EDGE, DELAY_LAGS, DELAY_LEVEL, DELAY_PAST, DELAY_RIDGE, LINEAR_DELAY_ORDER, LINEAR_DELAY_SLACK,
+    LONGEST_DELAY, SPLINE_DELAY_ORDER, SPLINE_DELAY_PIECES, SPLINE_DELAY_SAMPLES, SPLINE_DELAY_SLACK, START_SAMPLES,
 };
 use super::signals::{Signals, delayed};
 use super::spline::KinkedSpline;
 use crate::distributions::chi_squared_quantile;
 use crate::linalg;
+use crate::linear::least_squares::{UnitDiagonal, least_squares, regression};
+use crate::vectors::dot;
 
 /// The delay of every input of a linear system: the largest number of leading coefficients that a test finds to be zero together.
 pub(in crate::identify) fn linear_delays(data: &Signals) -> Vec<usize> {
@@ -51,8 +52,8 @@ fn leading_zeros(data: &Signals, first: &[usize], edge: f64) -> Option<Vec<usize
     let degrees = data.y.len().checked_sub(from + size).filter(|d| *d > 0)?;
     let equations = regression(&data.y, &columns, from);
     let diagonal = UnitDiagonal::new(&equations);
-    let coefficients = diagonal.solve(&equations.descent, |d| d * (1.0 + 1e-12))?;
-    let explained: f64 = coefficients.iter().zip(&equations.descent).map(|(c, d)| c * d).sum();
+    let coefficients = diagonal.solve(&equations.descent, |d| d * (1.0 + DELAY_RIDGE))?;
+    let explained = dot(&coefficients, &equations.descent);
     let variance = (equations.cost - explained).max(0.0) / degrees as f64;
     let inverse = diagonal.inverse()?;
     let zero = |start: usize, count: usize| {
@@ -63,8 +64,7 @@ fn leading_zeros(data: &Signals, first: &[usize], edge: f64) -> Option<Vec<usize
         let Some(weighted) = linalg::solve_positive_definite(&block, b) else {
             return false;
         };
-        let statistic: f64 = weighted.iter().zip(b).map(|(w, b)| w * b).sum();
-        statistic < chi_squared_quantile(1.0 - DELAY_LEVEL, count as f64)
+        dot(&weighted, b) < chi_squared_quantile(1.0 - DELAY_LEVEL, count as f64)
     };
     let of = |i: usize| {
         let start = i * DELAY_LAGS;

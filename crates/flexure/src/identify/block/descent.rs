@@ -4,13 +4,14 @@
 //! front and the back can exchange any delay that their poles and zeros imitate. A second-order correction, from one more residual along
 //! the step, follows such a valley several times faster.
 
-use super::least_squares::{UnitDiagonal, inner_products, normal_equations};
 use super::limits::{FIRST_DAMPING, LARGEST_CORRECTION, MOST_REJECTIONS, PROBED_SHARE, SMALLEST_DAMPING, StopRule};
 use super::monitor::Monitor;
 use super::signals::convolved;
 use crate::interrupt;
-use crate::linear::levenberg_marquardt::{Linearisation, NormalEquations, Step};
+use crate::linear::least_squares::{NormalEquations, UnitDiagonal, inner_products, normal_equations};
+use crate::linear::levenberg_marquardt::{Linearisation, Step};
 use crate::parallel;
+use crate::vectors::dot;
 
 /// Residuals over parameters; those before sample `from` do not count.
 pub(in crate::identify) trait Residuals {
@@ -153,8 +154,7 @@ impl Point {
         let n = velocity.len();
         let curvature: Vec<f64> = (0..n)
             .map(|i| {
-                let row = &self.equations.normal[i * n..(i + 1) * n];
-                let linear: f64 = row.iter().zip(&velocity).map(|(g, v)| g * v).sum();
+                let linear = dot(&self.equations.normal[i * n..(i + 1) * n], &velocity);
                 -2.0 / PROBED_SHARE * ((moved[i] - first[i]) / PROBED_SHARE - linear)
             })
             .collect();

@@ -10,14 +10,15 @@
 //! their covariances allow. If they differ by more, the least-squares estimate is kept.
 
 use super::descent::{Minimum, Residuals, Whitened, descend};
-use super::least_squares::{UnitDiagonal, normal_equations};
 use super::limits::{EFFICIENT, EFFICIENT_LEVEL};
 use super::monitor::Monitor;
 use crate::distributions::chi_squared_quantile;
 use crate::linear::TransferFunction;
 use crate::linear::autoregression::{SAMPLES_PER_COEFFICIENT, whitening};
+use crate::linear::least_squares::{UnitDiagonal, normal_equations};
 use crate::linear::levenberg_marquardt::Linearisation;
 use crate::parallel;
+use crate::vectors::add;
 
 /// The parameters of generalised least squares, started from those of least squares, and their sum of squared simulation errors.
 /// `None` if `at` is kept: its error is white, or the sum rises by more than a true model would explain.
@@ -108,7 +109,7 @@ pub(in crate::identify) fn matrix_product(a: &[f64], b: &[f64], n: usize) -> Vec
     let mut product = vec![0.0; a.len() / n.max(1) * columns];
     for (row, a) in product.chunks_exact_mut(columns.max(1)).zip(a.chunks_exact(n.max(1))) {
         for (a, b) in a.iter().zip(b.chunks_exact(columns.max(1))) {
-            row.iter_mut().zip(b).for_each(|(p, b)| *p += a * b);
+            add(row, *a, b);
         }
     }
     product

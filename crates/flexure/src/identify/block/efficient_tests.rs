@@ -1,8 +1,5 @@
 use std::ops::ControlFlow;
 
-use rand::SeedableRng;
-use rand_distr::{Distribution, StandardNormal};
-
 use super::super::limits::StopRule;
 use super::super::loss::Loss;
 use super::super::rational::Rational;
@@ -11,22 +8,18 @@ use super::super::spline::KinkedSpline;
 use super::super::system::{Branch, System};
 use super::*;
 use crate::linalg;
-
-fn white(seed: u64, n: usize) -> Vec<f64> {
-    let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
-    (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
-}
+use crate::signal::gaussian;
 
 fn filtered(b: &[f64], a: &[f64], v: &[f64]) -> Vec<f64> {
     TransferFunction::new(b.to_vec(), a.to_vec()).unwrap().simulate(v)
 }
 
 fn slow(seed: u64, n: usize) -> Vec<f64> {
-    filtered(&[0.6], &[1.0, -0.8], &white(seed, n + 100)).split_off(100)
+    filtered(&[0.6], &[1.0, -0.8], &gaussian(n + 100, seed)).split_off(100)
 }
 
 fn noise(seed: u64, n: usize) -> Vec<f64> {
-    let e: Vec<f64> = white(seed, n + 100).iter().map(|e| 0.2 * e).collect();
+    let e: Vec<f64> = gaussian(n + 100, seed).iter().map(|e| 0.2 * e).collect();
     filtered(&[1.0, 0.5], &[1.0, -1.1, 0.4], &e).split_off(100)
 }
 
@@ -134,7 +127,7 @@ fn a_true_model_with_coloured_noise_is_hardly_ever_left_as_it_is() {
 fn white_errors_leave_the_estimate_as_it_is() {
     let runs = 50;
     let stay = (0..runs).filter(|&seed| {
-        let problem = MovingAverage::new(&slow(2 * seed, 1500), &white(2 * seed + 1, 1500), 3);
+        let problem = MovingAverage::new(&slow(2 * seed, 1500), &gaussian(1500, 2 * seed + 1), 3);
         efficient_of(&problem, &problem.least_squares(&[1.0])).is_none()
     });
     // Schwarz's criterion asks for an autoregression of white noise now and then.
@@ -173,7 +166,7 @@ fn a_cascade_becomes_more_exact() {
         rational(&[1.0, 0.3], &[1.0, -0.4]),
     );
     let system = System::sum(vec![branch]);
-    let fresh = vec![white(100, 3000)];
+    let fresh = vec![gaussian(3000, 100)];
     let truth = system.run(&fresh);
     let [mut before, mut after] = [0.0; 2];
     for seed in 0..8 {

@@ -1,8 +1,8 @@
 //! Linear systems with one denominator by the equation error (Steiglitz and McBride 1965).
 
-use super::least_squares::least_squares;
 use super::rational::Rational;
 use super::signals::delayed;
+use crate::linear::least_squares::least_squares;
 
 /// The systems of this order with one denominator from several signals to one output.
 pub(in crate::identify) struct EquationError<'a> {

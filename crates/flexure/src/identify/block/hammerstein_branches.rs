@@ -14,7 +14,8 @@ use super::candidate::Candidate;
 use super::delay::delays;
 use super::equation_error::{EquationError, Judged};
 use super::limits::{
-    BRANCHES_ROUNDS, LARGEST_START_ORDER, PRODUCT_PASSES, ROUGH, START_PIECES, START_SAMPLES, WORSE_ORDERS,
+    BRANCHES_ROUNDS, LARGEST_START_ORDER, PRODUCT_PASSES, ROUGH, SETTLED_START, START_PIECES, START_SAMPLES,
+    WORSE_ORDERS,
 };
 use super::monitor::{Monitor, Stage};
 use super::pieces::with_output;
@@ -31,9 +32,9 @@ pub(in crate::identify) fn find(data: &Signals, last: bool, monitor: &mut Monito
     monitor.stage = Stage::Approximation;
     let mut search = Search::new(FreeParts::DELAYED_HAMMERSTEIN, monitor);
     let starts = starts(&data.head(START_SAMPLES), last, &mut search);
-    let settling = starts.first()?.system.settling(1e-4);
+    let settling = starts.first()?.system.settling(SETTLED_START);
     let mut data = data.clone();
-    data.from = settling.clamp(data.y.len() / 100, data.y.len() / 10);
+    data.count_after(settling);
     search.run(starts, &BRANCHES_ROUNDS, &data)
 }
 

@@ -4,9 +4,9 @@ use super::limits::INTERPOLATION_REACH;
 use std::f64::consts::PI;
 
 use super::candidate::Candidate;
-use super::least_squares::least_squares;
 use super::signals::{Signals, convolved, delayed};
 use super::system::{Between, System};
+use crate::linear::least_squares::least_squares;
 
 /// The first branch with a second instant half-way between the samples.
 ///

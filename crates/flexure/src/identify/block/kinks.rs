@@ -12,6 +12,7 @@ use super::search::Search;
 use super::signals::Signals;
 use super::spline::Kink;
 use super::system::{Part, System};
+use crate::sort::sorted;
 
 impl Search<'_, '_> {
     /// Adds kinks to every nonlinearity in which the data show them, one after the other.
@@ -79,7 +80,7 @@ fn kinks(system: &System, part: Part) -> &[Kink] {
 
 /// Adds a kink at the place where it helps most with unchanged linear blocks.
 fn with_kink(system: &System, part: Part, data: &Signals) -> Option<Candidate> {
-    let sorted = sorted(system.entering(part, data));
+    let sorted = sorted(&system.entering(part, data));
     let breakpoints = system.spline(part)?.breakpoints();
     let with = |at: f64, data: &Signals| {
         let mut next = system.clone();
@@ -97,24 +98,16 @@ fn with_kink(system: &System, part: Part, data: &Signals) -> Option<Candidate> {
 
 /// Whether there are samples on either side of all kinks, and between them.
 fn determined(system: &System, part: Part, data: &Signals) -> bool {
-    let sorted_in = sorted(system.entering(part, data));
-    let places = sorted(kinks(system, part).iter().map(|k| k.at).collect());
+    let sorted_in = sorted(&system.entering(part, data));
+    let places = sorted(&kinks(system, part).iter().map(|k| k.at).collect::<Vec<_>>());
     let below = places.iter().map(|at| sorted_in.partition_point(|w| w < at));
     let bounds: Vec<usize> = std::iter::once(0).chain(below).chain([sorted_in.len()]).collect();
     bounds.windows(2).all(|w| w[1] - w[0] >= fewest_in_piece(data))
 }
 
-fn sorted(mut x: Vec<f64>) -> Vec<f64> {
-    x.sort_unstable_by(f64::total_cmp);
-    x
-}
-
 #[cfg(test)]
 mod tests {
     use std::ops::ControlFlow;
-
-    use rand::SeedableRng;
-    use rand_distr::{Distribution, StandardNormal};
 
     use super::super::cascade::fit_nonlinearity;
     use super::super::monitor::Monitor;
@@ -122,11 +115,7 @@ mod tests {
     use super::super::spline::KinkedSpline;
     use super::super::system::{Branch, FreeParts};
     use super::*;
-
-    fn normal(n: usize, seed: u64) -> Vec<f64> {
-        let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
-        (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
-    }
+    use crate::signal::gaussian;
 
     fn front() -> Rational {
         Rational::from_polynomials(vec![0.6, 0.2], &[1.0, -0.5]).unwrap()
@@ -134,11 +123,11 @@ mod tests {
 
     /// The result of the search for a curve after [`front`], with noise of 0.05.
     fn found(curve: fn(f64) -> f64, seed: u64) -> (Vec<f64>, Branch) {
-        let u = normal(3000, seed);
+        let u = gaussian(3000, seed);
         let w = front().run(&u);
         let y = w
             .iter()
-            .zip(normal(3000, seed + 100))
+            .zip(gaussian(3000, seed + 100))
             .map(|(w, e)| curve(*w) + 0.05 * e);
         let data = Signals::of_input(u, y.collect(), 50);
         let go = &mut |_: &str| ControlFlow::Continue(());
@@ -184,7 +173,7 @@ mod tests {
 
     #[test]
     fn a_kink_needs_samples_on_either_side() {
-        let data = Signals::of_input(normal(1000, 5), vec![0.0; 1000], 0);
+        let data = Signals::of_input(gaussian(1000, 5), vec![0.0; 1000], 0);
         let with = |places: &[f64]| {
             let mut spline = KinkedSpline::new(&[-1.0, 1.0]);
             spline.kinks = places.iter().map(|at| Kink { at: *at, bend: 1.0 }).collect();

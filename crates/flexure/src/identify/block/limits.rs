@@ -47,6 +47,15 @@ pub struct Round {
 pub const MOST_SAMPLES: usize = 200_000;
 /// Samples that do not count as long as the settling time is unknown.
 pub const SETTLING_UNKNOWN: usize = 500;
+/// The first samples do not count until responses have fallen to this share, and at least and at most for these parts of the record (one in
+/// so many samples). Conventions.
+pub const SETTLED_START: f64 = 1e-4;
+pub const SHORTEST_START: usize = 100;
+pub const LONGEST_START: usize = 10;
+/// A signal is constant if its range is at most this share of its largest value, or its deviation at most this number where all signals have
+/// unit variance. Rounding.
+pub const CONSTANT_RANGE: f64 = 1e-9;
+pub const CONSTANT_SPREAD: f64 = 1e-12;
 /// Samples for the starts.
 pub const START_SAMPLES: usize = 5_000;
 /// Samples for the choice of the structure.
@@ -82,16 +91,6 @@ pub const LARGEST_CORRECTION: f64 = 0.75;
 /// rise of the simulation error within chance costs little.
 pub const EFFICIENT_LEVEL: f64 = 1e-4;
 
-/// Samples that a thread takes at a time. It is fixed, so that sums do not depend on the number of threads.
-pub const CHUNK: usize = 4096;
-/// Samples of all columns that are multiplied at a time, few enough for the processor's cache.
-pub const CACHE_BLOCK: usize = 256;
-/// Added to a unit diagonal if columns are nearly dependent: from the first (some hundred times rounding) to the largest, each 100 times
-/// the one before.
-pub const FIRST_RIDGE: f64 = 1e-13;
-pub const LARGEST_RIDGE: f64 = 1e-3;
-/// How many ridges are tried for an inverse. Convention.
-pub const INVERSE_RIDGES: usize = 4;
 /// Power iterations for the dominant singular vectors. Convention.
 pub const POWER_ITERATIONS: usize = 60;
 
@@ -101,6 +100,10 @@ pub const POWER_ITERATIONS: usize = 60;
 pub const TINY_INPUT: f64 = 1e-100;
 /// Roots with a smaller imaginary part, relative to their size, are real. Square root of rounding, rounded up.
 pub const REAL_ROOT: f64 = 1e-9;
+/// A pole within this radius has settled after one sample. Convention.
+pub const AT_ORIGIN: f64 = 1e-6;
+/// A pole outside the largest radius is moved to this share of it: strictly inside, whatever the rounding.
+pub const WITHIN_RADIUS: f64 = 1.0 - 1e-6;
 /// A system hardly passes a constant if its static gain is below this share of the gain with numerator coefficients of one sign.
 /// Convention.
 pub const HARDLY_PASSED: f64 = 1e-3;
@@ -122,6 +125,8 @@ pub const DELAY_PAST: usize = 10;
 pub const DELAY_LAGS: usize = 10;
 /// The probability that the coefficients before the delay, which are all zero, are taken for a response. Convention.
 pub const DELAY_LEVEL: f64 = 0.001;
+/// Added to the diagonal of these equations, relative to it. Rounding.
+pub const DELAY_RIDGE: f64 = 1e-12;
 /// The least size of the first coefficient after a delay, in standard errors. A smaller one may be the slow beginning of a response without
 /// a delay, as in the circuit of 2009. Convention.
 pub const DELAY_EDGE: f64 = 10.0;
@@ -174,6 +179,8 @@ pub const FINEST_PIECES: usize = 800;
 pub const SAMPLES_IN_PIECE: [usize; 2] = [8, 50];
 /// The same for pieces of starts, whose number is small.
 pub const SAMPLES_IN_COARSE_PIECE: usize = 12;
+/// Quantiles nearer than this share of the range are one breakpoint. Convention.
+pub const NEAREST_QUANTILES: f64 = 1e-6;
 /// The outermost pieces have at least this many times the samples of the others, since their slope continues beyond the data.
 pub const OUTERMOST: usize = 2;
 /// The share of the breakpoints that are spread evenly.
@@ -183,6 +190,9 @@ pub const LARGEST_RISE: f64 = 1.05;
 
 /// Evenly spaced points of the tabulated nonlinearity. Convention.
 pub const CURVE_POINTS: usize = 2001;
+/// Points of the table nearer than this share of the range are one: the slope between them would be rounding error, and the outermost slope
+/// continues beyond the ends.
+pub const NEAREST_POINTS: f64 = 1e-9;
 
 /// Shares of the samples below the places at which a kink is tried.
 pub const KINK_PLACES: usize = 40;
@@ -259,6 +269,8 @@ pub const BRANCHES_ROUNDS: [Round; 2] = [
 
 /// Random assignments of the poles from which a search for better ones begins.
 pub const CLIMBS: usize = 16;
+/// Assignments whose scores differ by no more than this share are the same. Rounding.
+pub const SAME_SCORE: f64 = 1e-9;
 /// How many numerator coefficients a back has beyond its number of poles, and the most of all.
 pub const MORE_COEFFICIENTS: usize = 1;
 pub const MOST_COEFFICIENTS: usize = 4;

@@ -22,7 +22,6 @@ mod equation_error;
 pub(super) mod hammerstein_branches;
 mod intersample;
 mod kinks;
-mod least_squares;
 mod limits;
 mod loss;
 mod monitor;
@@ -49,10 +48,9 @@ pub(super) use {
     descent::{Minimum, Residuals, descend},
     efficient::{efficient, matrix_product},
     equation_error::{EquationError, Judged},
-    least_squares::{UnitDiagonal, least_squares, normal_equations, regression},
     limits::{
         EVEN, KINK_EVIDENCE, KINK_PLACES, LARGEST_ORDER, LARGEST_START_ORDER, LONGEST_DELAY, PRODUCT_PASSES,
-        START_SAMPLES, StopRule,
+        SETTLED_START, START_SAMPLES, StopRule,
     },
     monitor::{Monitor, Stage},
     prepared::Prepared,

@@ -1,13 +1,13 @@
 //! A nonlinearity of a system on other breakpoints, its coefficients by least squares about the present system.
 
 use super::candidate::Candidate;
-use super::least_squares::least_squares;
-use super::limits::{EVEN, FINEST_PIECES, LARGEST_RISE, MOST_PIECES, OUTERMOST, SAMPLES_IN_PIECE};
+use super::limits::{CONSTANT_RANGE, EVEN, FINEST_PIECES, LARGEST_RISE, MOST_PIECES, OUTERMOST, SAMPLES_IN_PIECE};
 use super::loss::through_back;
 use super::signals::{Signals, add, convolved};
 use super::spline::{KinkedSpline, Roughness, Tangent, thinned};
 use super::system::{Level, Part, System};
 use crate::linear::correlation::{mean, variance};
+use crate::linear::least_squares::least_squares;
 use crate::nonlinearity::spline::basis::LocalCubics;
 use crate::parallel;
 
@@ -35,7 +35,7 @@ pub(in crate::identify) fn with_pieces(
     };
     sorted.sort_unstable_by(f64::total_cmp);
     let (low, high) = (sorted[0], sorted[sorted.len() - 1]);
-    if !(high - low > 1e-9 * low.abs().max(high.abs()) && (high - low).is_finite() && spread > 0.0) {
+    if !(high - low > CONSTANT_RANGE * low.abs().max(high.abs()) && (high - low).is_finite() && spread > 0.0) {
         return None;
     }
     let fewest = fewest_in_piece(data);

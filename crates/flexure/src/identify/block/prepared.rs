@@ -3,7 +3,7 @@
 use super::approximation::{Approximation, approximate};
 use super::delay::delay_with_edge;
 use super::limits::{
-    LARGEST_ORDER, MOST_SAMPLES, SETTLING_UNKNOWN, START_ORDERS, STRUCTURE_SAMPLES, WEAK_APPROXIMATION,
+    LARGEST_ORDER, MOST_SAMPLES, SETTLED_START, SETTLING_UNKNOWN, START_ORDERS, STRUCTURE_SAMPLES, WEAK_APPROXIMATION,
 };
 use super::monitor::Monitor;
 use super::rational::Rational;
@@ -59,9 +59,8 @@ impl Prepared {
         let delay = delay_with_edge(&self.data).min(largest_delay);
         let mut prepared = self.delayed_by(delay);
         prepared.approximations = approximations(&prepared.data.head(STRUCTURE_SAMPLES), monitor);
-        let n = prepared.data.y.len();
-        if let Some(best) = prepared.best() {
-            prepared.data.from = best.settling(1e-4).clamp(n / 100, n / 10);
+        if let Some(settling) = prepared.best().map(|best| best.settling(SETTLED_START)) {
+            prepared.data.count_after(settling);
         }
         prepared
     }

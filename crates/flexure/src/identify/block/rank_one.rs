@@ -1,6 +1,7 @@
 //! The dominant parts of a matrix of products: coefficients of nonlinearities times coefficients of numerators (Bai 1998).
 
 use super::limits::POWER_ITERATIONS;
+use crate::vectors::{add, dot};
 
 /// A column times a row.
 pub(in crate::identify) struct Product {
@@ -36,10 +37,10 @@ fn dominant(matrix: &[f64], columns: usize) -> Option<Product> {
             return None;
         }
         row.iter_mut().for_each(|r| *r /= norm);
-        column = rows().map(|m| m.iter().zip(&row).map(|(m, r)| m * r).sum()).collect();
+        column = rows().map(|m| dot(m, &row)).collect();
         row.fill(0.0);
         for (m, c) in rows().zip(&column) {
-            row.iter_mut().zip(m).for_each(|(r, m)| *r += c * m);
+            add(&mut row, *c, m);
         }
     }
     let squares = size(&column);

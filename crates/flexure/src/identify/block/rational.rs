@@ -4,7 +4,7 @@
 //! section. Poles may meet on the real axis without a singularity.
 
 use super::super::limits::LARGEST_RADIUS;
-use super::limits::{REAL_ROOT, TINY_INPUT};
+use super::limits::{AT_ORIGIN, REAL_ROOT, TINY_INPUT, WITHIN_RADIUS};
 use super::signals::{convolved, delayed};
 use crate::error::Result;
 use crate::linalg::{self, Complex};
@@ -190,7 +190,11 @@ impl Rational {
     /// Samples after which the slowest pole's response has fallen to `share`.
     pub fn settling(&self, share: f64) -> usize {
         let radius = self.sections.iter().map(Section::radius).fold(0.0, f64::max);
-        let poles = if radius < 1e-6 { 1.0 } else { share.ln() / radius.ln() };
+        let poles = if radius < AT_ORIGIN {
+            1.0
+        } else {
+            share.ln() / radius.ln()
+        };
         self.b.len() + poles.ceil() as usize
     }
 
@@ -258,7 +262,7 @@ impl Section {
 fn inside(pole: Complex<f64>) -> Complex<f64> {
     let radius = pole.norm();
     let mirrored = if radius > 1.0 { 1.0 / radius } else { radius };
-    pole * (mirrored.min(LARGEST_RADIUS * (1.0 - 1e-6)) / radius.max(f64::MIN_POSITIVE))
+    pole * (mirrored.min(LARGEST_RADIUS * WITHIN_RADIUS) / radius.max(f64::MIN_POSITIVE))
 }
 
 /// A real root, or the root with positive imaginary part of a conjugate pair.
@@ -270,7 +274,7 @@ pub(in crate::identify) struct Root {
 
 /// Roots, with conjugates, as real ones and pairs.
 pub(in crate::identify) fn groups(roots: &[Complex<f64>]) -> Vec<Root> {
-    let real = |z: &Complex<f64>| z.im.abs() <= REAL_ROOT * z.norm().max(1e-9);
+    let real = |z: &Complex<f64>| z.im.abs() <= REAL_ROOT * z.norm().max(REAL_ROOT);
     let pairs = roots.iter().filter(|z| !real(z) && z.im > 0.0);
     let mut single: Vec<f64> = roots.iter().filter(|z| real(z)).map(|z| z.re).collect();
     single.sort_unstable_by(f64::total_cmp);

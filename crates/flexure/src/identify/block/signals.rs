@@ -1,6 +1,6 @@
 //! The signals for the fit of a system, and Schwarz's criterion for its simulation errors, which need not be independent.
 
-use super::limits::{ERROR_LAGS, FEWEST_ERRORS};
+use super::limits::{ERROR_LAGS, FEWEST_ERRORS, LONGEST_START, SHORTEST_START};
 use crate::linear::correlation::{cross_covariance, mean, variance};
 
 /// A signal's mean and standard deviation.
@@ -89,6 +89,12 @@ impl Signals {
             filter: self.filter.clone(),
             ..*self
         }
+    }
+
+    /// Counts the samples from where responses have settled.
+    pub fn count_after(&mut self, settling: usize) {
+        let n = self.y.len();
+        self.from = settling.clamp(n / SHORTEST_START, n / LONGEST_START);
     }
 
     /// The sum of squared errors of an output.

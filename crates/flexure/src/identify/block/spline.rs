@@ -1,6 +1,6 @@
 //! The static nonlinearity: a cubic spline, straight on beyond its ends, and kinks.
 
-use super::limits::{SAMPLES_IN_COARSE_PIECE, SLIGHT_KINK};
+use super::limits::{CONSTANT_RANGE, NEAREST_QUANTILES, SAMPLES_IN_COARSE_PIECE, SLIGHT_KINK};
 use crate::nonlinearity::spline::basis::{CubicSplines, LocalCubics};
 
 /// A cubic spline in B-splines, and changes of its slope at points.
@@ -59,12 +59,12 @@ impl KinkedSpline {
         sorted.sort_unstable_by(f64::total_cmp);
         let last = sorted.len().checked_sub(1)?;
         let (low, high) = (sorted[0], sorted[last]);
-        if !((high - low).is_finite() && high - low > 1e-9 * low.abs().max(high.abs())) {
+        if !((high - low).is_finite() && high - low > CONSTANT_RANGE * low.abs().max(high.abs())) {
             return None;
         }
         let inner = (1..pieces).map(|i| sorted[i * last / pieces]);
         let mut at: Vec<f64> = std::iter::once(low).chain(inner).chain([high]).collect();
-        at.dedup_by(|b, a| *b - *a <= 1e-6 * (high - low));
+        at.dedup_by(|b, a| *b - *a <= NEAREST_QUANTILES * (high - low));
         if let Some(end) = at.last_mut() {
             *end = high;
         }

@@ -7,14 +7,14 @@
 use super::candidate::Candidate;
 use super::cascade::with_unit_variance;
 use super::hammerstein_branches::branches;
-use super::least_squares::least_squares;
-use super::limits::{CLIMBS, MORE_COEFFICIENTS, MOST_COEFFICIENTS, MOST_POLE_GROUPS, START_PIECES};
+use super::limits::{CLIMBS, MORE_COEFFICIENTS, MOST_COEFFICIENTS, MOST_POLE_GROUPS, SAME_SCORE, START_PIECES};
 use super::rank_one::dominant_products;
 use super::rational::{Rational, Root, groups, with_conjugates};
 use super::signals::{Signals, delayed};
 use super::spline::KinkedSpline;
 use super::system::{Branch, System};
 use crate::interrupt::{self, Interrupt};
+use crate::linear::least_squares::least_squares;
 use crate::parallel;
 use crate::sort;
 use rand::{RngExt, SeedableRng};
@@ -57,7 +57,7 @@ pub(super) fn assigned_poles(approximation: &Rational, data: &Signals, count: us
     let climbs = parallel::map(CLIMBS, |seed| pool.climbed(seed as u64));
     let mut all: Vec<Assignment> = climbs.into_iter().flatten().collect();
     sort::by_key(&mut all, |a| a.score);
-    all.dedup_by(|b, a| (a.score - b.score).abs() <= 1e-9 * a.score.abs());
+    all.dedup_by(|b, a| (a.score - b.score).abs() <= SAME_SCORE * a.score.abs());
     all.iter()
         .filter_map(|assignment| pool.blocks(&assignment.places).sum(data))
         .collect()

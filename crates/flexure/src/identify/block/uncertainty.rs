@@ -8,16 +8,17 @@
 
 use super::descent::{Residuals, Whitened};
 use super::efficient::{matrix_product, whitening_filter};
-use super::least_squares::{UnitDiagonal, normal_equations};
 use super::limits::{BAND_POINTS, BAND_STEP};
 use super::loss::Loss;
 use super::signals::Signals;
 use super::system::System;
 use crate::error::Result;
 use crate::identify::result::{BlockKind, CoefficientErrors, LinearBlock, Path};
-use crate::linear::levenberg_marquardt::{Linearisation, NormalEquations};
+use crate::linear::least_squares::{NormalEquations, UnitDiagonal, normal_equations};
+use crate::linear::levenberg_marquardt::Linearisation;
 use crate::parallel;
 use crate::quantiles::NORMAL_95;
+use crate::vectors::dot;
 
 /// Parameters and their covariance, row by row.
 pub(in crate::identify) struct Uncertainty {
@@ -96,8 +97,7 @@ impl Uncertainty {
 /// The share of the sum of squares that a further Gauss-Newton step would remove.
 fn relative_decrement(equations: &NormalEquations) -> Option<f64> {
     let step = UnitDiagonal::new(equations).solve(&equations.descent, |d| d)?;
-    let fall: f64 = step.iter().zip(&equations.descent).map(|(s, d)| s * d).sum();
-    Some(fall / equations.cost)
+    Some(dot(&step, &equations.descent) / equations.cost)
 }
 
 /// Functions of parameters, with their derivatives.

@@ -2,11 +2,11 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use super::super::least_squares::least_squares;
 use super::super::signals::convolved;
 use super::*;
 use crate::identify::WIENER_HAMMERSTEIN;
 use crate::linear::TransferFunction;
+use crate::linear::least_squares::least_squares;
 use crate::record::Record;
 
 fn normal(n: usize, random: &mut Pcg64) -> Vec<f64> {

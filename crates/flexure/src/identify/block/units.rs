@@ -1,7 +1,7 @@
 //! Blocks in the record's units and the conventional scale.
 
 use super::super::checks::few_levels;
-use super::limits::{CURVE_POINTS, GAIN_FREQUENCIES, NO_STATIC_GAIN};
+use super::limits::{CURVE_POINTS, GAIN_FREQUENCIES, NEAREST_POINTS, NO_STATIC_GAIN};
 use super::prepared::Prepared;
 use super::rational::Rational;
 use super::spline::KinkedSpline;
@@ -22,9 +22,7 @@ fn abscissas(spline: &KinkedSpline, [low, high]: [f64; 2]) -> Vec<f64> {
     let mut at: Vec<f64> = even(low, high).chain(spline.breakpoints().iter().copied()).collect();
     at.extend(spline.kinks_within([low, high]));
     at.sort_unstable_by(f64::total_cmp);
-    // The slope between points nearer than this is rounding error, and the outermost slope continues beyond the ends.
-    let nearest = 1e-9 * (high - low);
-    at.dedup_by(|b, a| *b - *a <= nearest);
+    at.dedup_by(|b, a| *b - *a <= NEAREST_POINTS * (high - low));
     at
 }
 

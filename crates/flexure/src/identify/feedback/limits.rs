@@ -14,6 +14,11 @@ pub const FARTHEST: f64 = 100.0;
 
 /// The largest order.
 pub const LARGEST_ORDER: usize = 6;
+/// The fewest samples of the starts for each order.
+pub const SAMPLES_AN_ORDER: usize = 40;
+/// The first samples do not count in the linear approximations: one in this many, and at most this number.
+pub const UNCOUNTED_PART: usize = 10;
+pub const MOST_UNCOUNTED: usize = 500;
 /// How many orders in a row are tried although Schwarz's criterion rises.
 pub const WORSE_ORDERS: usize = 2;
 /// Pieces of the starts' nonlinearity.
@@ -39,6 +44,8 @@ pub const TRIAL: StopRule = StopRule::new(15, 1e-4);
 pub const LAST: StopRule = StopRule::new(20, 1e-6);
 /// How many last minimisations follow each other, each in its own coordinates.
 pub const RESTARTS: usize = 2;
+/// They end when the sum of squares falls by at most this many times the tolerance of one.
+pub const RESTART_FALL: f64 = 10.0;
 
 /// Numbers of pieces that are tried.
 pub const PIECES: [usize; 9] = [1, 2, 3, 5, 8, 12, 18, 26, 36];
@@ -50,6 +57,10 @@ pub const FINE_PIECES: usize = 40;
 pub const FEWEST_IN_PIECE: usize = 15;
 /// The most kinks.
 pub const MOST_KINKS: usize = 4;
+/// Numbers of pieces with which kinks are tried.
+pub const PIECES_UNDER_KINKS: [usize; 2] = [1, 3];
+/// At most about this many values of a signal take a curve to other breakpoints.
+pub const CURVE_SAMPLES: usize = 4_000;
 
 /// z is named after a signal that explains this share of its variance.
 pub const NAMING_SHARE: f64 = 0.9;
@@ -62,5 +73,8 @@ pub const RESPONSE: usize = 500;
 /// A polynomial continues beyond its data by this share of their range on either side; beyond that it is straight.
 pub const CONTINUED_SHARE: f64 = 0.5;
 
-/// Eigenvalues of the projector onto redundant directions below this share of the largest count as zero: rounding.
+/// Eigenvalues of the projector onto redundant directions below this share of the largest count as zero, and so does a nonlinearity's part
+/// about its line below this share of the whole: rounding.
 pub const NEGLIGIBLE: f64 = 1e-9;
+/// Added to the states' covariance, relative to the largest variance: states that do not move stay finite.
+pub const STATE_RIDGE: f64 = 1e-12;

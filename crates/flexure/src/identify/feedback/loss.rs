@@ -14,10 +14,11 @@
 //! basis of these directions at the start, and the initial states.
 
 use super::limits::NEGLIGIBLE;
-use super::system::{Entering, Layout, Loop, Observed, Sample, dot};
+use super::system::{Entering, Layout, Loop, Observed, Sample};
 use crate::identify::block::Residuals;
 use crate::linalg;
 use crate::linear::levenberg_marquardt::Linearisation;
+use crate::vectors::{add, dot};
 use crate::wide::widest;
 
 /// The simulation error of a loop near its present parameters.
@@ -203,12 +204,6 @@ impl Loop {
         let product = dot(&self.cz, &self.cy) + self.dzu * self.dyu;
         product / (dot(&self.cy, &self.cy) + self.dyu * self.dyu)
     }
-}
-
-/// Adds a multiple of a row.
-#[inline(always)]
-fn add(sum: &mut [f64], factor: f64, row: &[f64]) {
-    sum.iter_mut().zip(row).for_each(|(s, r)| *s += factor * r);
 }
 
 impl Residuals for LoopError<'_> {

@@ -31,9 +31,9 @@ use super::block::{KinkedSpline, Monitor, Prepared, Scale};
 use crate::error::Result;
 use crate::identify::request::{Progress, Rank, Request, Structure};
 use crate::identify::result::{
-    BlockKind, Detail, FeedbackBlock, Identification, NamedBlock, Place, Score, StructureName, Values,
+    BlockKind, Detail, FeedbackBlock, Identification, NamedBlock, Place, StructureName, Values,
 };
-use crate::identify::run::{Run, path};
+use crate::identify::run::{Run, approximation_scores, path};
 use crate::linear::autoregression::{SAMPLES_PER_COEFFICIENT, whitening};
 use crate::model::FeedbackModel;
 use crate::text::number;
@@ -98,18 +98,10 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
         approximations,
         dependence,
     } = found.unwrap_or_else(nothing);
-    let (mut best, mut may_continue) = (best, true);
-    let units = loop {
-        let units = InUnits::new(&best.system, &fitted, [inputs[0], output], dependence, may_continue)?;
-        if stays(&units.model, samples.input(), output) || best.origin == NOTHING {
-            break units;
-        }
-        // If a loop runs away from its steady state, its nonlinearity is continued straight, or the loop is dropped.
-        (best, may_continue) = match may_continue {
-            true => (best, false),
-            false => (nothing().best, true),
-        };
+    let in_units = |c: &LoopCandidate, may_continue: bool| {
+        InUnits::new(&c.system, &fitted, [inputs[0], output], dependence, may_continue)
     };
+    let Stable { best, units } = Stable::new(best, in_units, |model| stays(model, samples.input(), output))?;
     let details = details(&units, &best, &approximations, request.output);
     let block = FeedbackBlock {
         model: units.model,
@@ -136,6 +128,32 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
         noise_model: Some(noise_model),
         ..run.identification(&FEEDBACK, request)?
     })
+}
+
+/// A loop that does not run away, in the record's units.
+struct Stable {
+    best: LoopCandidate,
+    units: InUnits,
+}
+
+impl Stable {
+    /// If a loop runs away from its steady state, its nonlinearity is continued straight instead of as a cubic; if that does not help, the
+    /// loop is dropped.
+    fn new(
+        best: LoopCandidate,
+        in_units: impl Fn(&LoopCandidate, bool) -> Result<InUnits>,
+        stays: impl Fn(&FeedbackModel) -> bool,
+    ) -> Result<Stable> {
+        for may_continue in [true, false] {
+            let units = in_units(&best, may_continue)?;
+            if stays(&units.model) || best.origin == NOTHING {
+                return Ok(Stable { best, units });
+            }
+        }
+        let best = nothing().best;
+        let units = in_units(&best, true)?;
+        Ok(Stable { best, units })
+    }
 }
 
 /// The name of the start if there is no loop.
@@ -203,14 +221,8 @@ fn details(units: &InUnits, best: &LoopCandidate, approximations: &[f64], output
         false => "beyond, it goes on straight",
     };
     let order = best.system.order();
-    let scores = (1..=approximations.len()).contains(&order).then(|| Score {
-        x_label: "order of the linear approximation".to_owned(),
-        y_label: "relative error".to_owned(),
-        logarithmic: false,
-        x: (1..=approximations.len()).map(|n| n as f64).collect(),
-        y: approximations.to_vec(),
-        chosen: order as f64,
-    });
+    let orders: Vec<usize> = (1..=approximations.len()).collect();
+    let scores = approximation_scores(&orders, approximations.to_vec(), order);
     let range = format!("{} to {}", number(low), number(high));
     vec![
         Detail::new("entering", key).shown(

@@ -1,17 +1,19 @@
 //! The search: starts of several orders, the best of them refined, then pieces, kinks and the input of the nonlinearity.
 
 use super::limits::{
-    CORRECTED, CORRECTIONS, FEWEST_IN_PIECE, FINE_PIECES, KEPT, KEPT_PIECES, LARGEST_ORDER, LAST, MOST_KINKS, PIECES,
-    REFINED, RESTARTS, ROUGH, START_SAMPLES, STRUCTURE_SAMPLES, TRIAL, WORSE_ORDERS, WORSE_PIECES,
+    CORRECTED, CORRECTIONS, CURVE_SAMPLES, FEWEST_IN_PIECE, FINE_PIECES, KEPT, KEPT_PIECES, LARGEST_ORDER, LAST,
+    MOST_KINKS, MOST_UNCOUNTED, PIECES, PIECES_UNDER_KINKS, REFINED, RESTART_FALL, RESTARTS, ROUGH, SAMPLES_AN_ORDER,
+    START_SAMPLES, STRUCTURE_SAMPLES, TRIAL, UNCOUNTED_PART, WORSE_ORDERS, WORSE_PIECES,
 };
 use super::loss::LoopError;
 use super::starts::{guesses, start};
 use super::system::{Entering, Loop, Observed};
 use crate::identify::block::{
     Approximation, EVEN, KINK_EVIDENCE, KINK_PLACES, Kink, KinkedSpline, Monitor, Residuals, Roughness, Signals, Stage,
-    StopRule, approximate, descend, least_squares, robust_to_restart, thinned,
+    StopRule, approximate, descend, robust_to_restart, thinned,
 };
 use crate::identify::result::{Value, Values};
+use crate::linear::least_squares::least_squares;
 use crate::sort;
 
 /// A loop and its sum of squared simulation errors.
@@ -81,8 +83,12 @@ impl Search<'_, '_> {
     /// The best loop; `None` if every start runs away, or if the work was stopped.
     pub fn run(mut self) -> Option<LoopSearchResult> {
         let few = self.data.head(START_SAMPLES);
-        let signals = Signals::of_input(few.u.clone(), few.y.clone(), (few.y.len() / 10).min(500));
-        let largest = LARGEST_ORDER.min(few.y.len() / 40).max(1);
+        let signals = Signals::of_input(
+            few.u.clone(),
+            few.y.clone(),
+            (few.y.len() / UNCOUNTED_PART).min(MOST_UNCOUNTED),
+        );
+        let largest = LARGEST_ORDER.min(few.y.len() / SAMPLES_AN_ORDER).max(1);
         let linear: Vec<_> = (1..=largest).map(|n| approximate(&signals, n, self.monitor)).collect();
         let started = self.best_starts(&few, &linear);
         let medium = self.data.head(STRUCTURE_SAMPLES);
@@ -243,7 +249,7 @@ impl Search<'_, '_> {
             }
             c.system = problem.with(&minimum.parameters);
             c.squares = minimum.squares;
-            if fall <= 10.0 * rule.tolerance * c.squares {
+            if fall <= RESTART_FALL * rule.tolerance * c.squares {
                 break;
             }
         }
@@ -338,7 +344,7 @@ impl Search<'_, '_> {
     /// Adds kinks, one after the other, on very strong evidence.
     fn add_kinks(&mut self, best: LoopCandidate, judge: &Judge<'_>) -> LoopCandidate {
         let mut kinked: Option<LoopCandidate> = None;
-        for pieces in [1, 3] {
+        for pieces in PIECES_UNDER_KINKS {
             let Some(start) = self.with_pieces(&best, pieces, judge, None) else {
                 continue;
             };
@@ -365,7 +371,7 @@ impl Search<'_, '_> {
 /// The same curve on other breakpoints, by least squares over the values of a signal; kinks stay.
 pub(super) fn on_breakpoints(spline: &KinkedSpline, at: &[f64], z: &[f64]) -> Option<KinkedSpline> {
     let mut next = KinkedSpline::new(at);
-    let step = (z.len() / 4000).max(1);
+    let step = (z.len() / CURVE_SAMPLES).max(1);
     let z: Vec<f64> = z.iter().step_by(step).copied().collect();
     let mut kinkless = spline.clone();
     kinkless.kinks.clear();

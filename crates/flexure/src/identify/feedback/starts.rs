@@ -9,8 +9,10 @@
 
 use super::limits::{CORRECTIONS, MOST_DIRECTIONS, PASSES, START_PIECES};
 use super::system::{Entering, Loop, Observed};
-use crate::identify::block::{KinkedSpline, Rational, delayed, dominant_products, least_squares};
-use crate::linear::correlation::mean;
+use crate::identify::block::{KinkedSpline, Rational, delayed, dominant_products};
+use crate::linear::correlation::about_mean;
+use crate::linear::least_squares::least_squares;
+use crate::vectors::dot;
 
 /// A guess of the nonlinearity's input.
 pub(super) struct Guess {
@@ -244,20 +246,12 @@ fn seen(data: &Observed, guess: &Guess, system: &Loop) -> Option<(Vec<f64>, f64)
     for (u, z) in data.u.iter().zip(&guess.z) {
         columns.iter_mut().zip(&x).for_each(|(c, x)| c.push(*x));
         let w = system.spline.value(*z);
-        let next = |i: usize| {
-            let row = &system.a[i * n..(i + 1) * n];
-            row.iter().zip(&x).map(|(a, x)| a * x).sum::<f64>() + system.bu[i] * u + system.bw[i] * w
-        };
+        let next = |i: usize| dot(&system.a[i * n..(i + 1) * n], &x) + system.bu[i] * u + system.bw[i] * w;
         x = (0..n).map(next).collect();
     }
     columns.push(data.u.clone());
-    let centred: Vec<Vec<f64>> = columns.iter().map(|c| less_mean(c)).collect();
-    let mut found = least_squares(&less_mean(&guess.z), &centred, 0)?.coefficients;
+    let centred: Vec<Vec<f64>> = columns.iter().map(|c| about_mean(c)).collect();
+    let mut found = least_squares(&about_mean(&guess.z), &centred, 0)?.coefficients;
     let direct = found.pop()?;
     found.iter().all(|c| c.is_finite()).then_some((found, direct))
-}
-
-fn less_mean(signal: &[f64]) -> Vec<f64> {
-    let level = mean(signal);
-    signal.iter().map(|v| v - level).collect()
 }

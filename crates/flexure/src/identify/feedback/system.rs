@@ -6,9 +6,10 @@
 //! The same system can be written in many ways. A change of state, the scales of z and w, a slope that moves between f and the linear
 //! part and a level that moves between f and the offset do not change its output. `loss` keeps to steps that change the output.
 
-use super::limits::FARTHEST;
+use super::limits::{FARTHEST, NEGLIGIBLE, STATE_RIDGE};
 use crate::identify::block::{KinkedSpline, Tangent};
 use crate::linalg::{self, Matrix};
+use crate::vectors::{add, dot};
 
 /// The loop and the state in which every experiment starts.
 #[derive(Debug, Clone, PartialEq)]
@@ -214,7 +215,7 @@ impl Loop {
             }
             if !data.missing[k] {
                 let error = data.y[k] - y;
-                next.iter_mut().zip(&self.correction).for_each(|(x, c)| *x += c * error);
+                add(&mut next, error, &self.correction);
             }
             std::mem::swap(&mut x, &mut next);
         }
@@ -298,7 +299,7 @@ impl Loop {
         let (z, w) = (moments.spread_of_z(), moments.spread_about_the_line());
         next = next.with_scales_divided(
             if usable(z) { z } else { 1.0 },
-            if w > 1e-9 * moments.spread_of_w() && usable(w) {
+            if w > NEGLIGIBLE * moments.spread_of_w() && usable(w) {
                 w
             } else {
                 1.0
@@ -319,7 +320,7 @@ impl Loop {
         if !(largest > 0.0 && largest.is_finite()) {
             return None;
         }
-        let ridged = covariance + Matrix::identity(n, n) * (1e-12 * largest);
+        let ridged = covariance + Matrix::identity(n, n) * (STATE_RIDGE * largest);
         let factor = ridged.cholesky()?.unpack();
         let inverse = factor.clone().try_inverse()?;
         let product = |m: &Matrix, v: &[f64]| (m * linalg::Vector::from_column_slice(v)).as_slice().to_vec();
@@ -385,8 +386,4 @@ impl Moments {
             .max(0.0)
             .sqrt()
     }
-}
-
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -1,8 +1,5 @@
 use std::ops::ControlFlow;
 
-use rand::SeedableRng;
-use rand_distr::{Distribution, StandardNormal};
-
 use super::loss::LoopError;
 use super::system::{Entering, Loop, Observed};
 use super::units::InUnits;
@@ -10,11 +7,7 @@ use super::*;
 use crate::identify::block::{Kink, KinkedSpline, Rational, Residuals, Scale};
 use crate::model::{Block, LoopInput, LoopOutput};
 use crate::record::Record;
-
-fn normal(n: usize, seed: u64) -> Vec<f64> {
-    let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
-    (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
-}
+use crate::signal::gaussian;
 
 /// A stable loop of order 2 whose spline bends and has a kink.
 fn example(entering: Entering) -> Loop {
@@ -44,7 +37,7 @@ fn example(entering: Entering) -> Loop {
 
 /// Two experiments, the second with missing outputs.
 fn observed() -> Observed {
-    let mut data = Observed::of(normal(120, 1), normal(120, 2));
+    let mut data = Observed::of(gaussian(120, 1), gaussian(120, 2));
     data.starts = vec![0, 70];
     data.missing[80] = true;
     data.missing[81] = true;
@@ -53,7 +46,7 @@ fn observed() -> Observed {
 
 #[test]
 fn a_linear_part_that_runs_away_has_no_hidden_signals() {
-    let data = Observed::of(normal(600, 3), normal(600, 4));
+    let data = Observed::of(gaussian(600, 3), gaussian(600, 4));
     let signals = |gain: f64| {
         let linear = Rational::from_polynomials(vec![0.0, gain], &[1.0, -0.5]).unwrap();
         let all = starts::guesses(&data, &linear);
@@ -94,7 +87,7 @@ fn derivatives_are_differences() {
 /// All steps that leave the output as it is are left out, and no others: the remaining columns are independent.
 #[test]
 fn every_direction_changes_the_output() {
-    let data = Observed::of(normal(600, 3), normal(600, 4));
+    let data = Observed::of(gaussian(600, 3), gaussian(600, 4));
     // Order n has 4 n parameters in addition to those of the spline; z = y removes n + 1.
     for (entering, count) in [(Entering::Output, 4 * 2 - 3), (Entering::Hidden, 4 * 2)] {
         let mut system = example(entering);
@@ -124,7 +117,7 @@ fn other_coordinates_are_the_same_system() {
 /// The model in the record's units runs like the loop, for every convention that fixes f.
 #[test]
 fn the_units_change_nothing() {
-    let u = normal(400, 5);
+    let u = gaussian(400, 5);
     let (input, output) = (
         Scale { mean: 2.0, spread: 3.0 },
         Scale {
@@ -139,7 +132,7 @@ fn the_units_change_nothing() {
             // Without a path from w to the states, no input can hold z.
             system.bw.iter_mut().for_each(|b| *b *= feeds_back);
             system.initial = vec![vec![0.0; 2]];
-            let data = Observed::of(u.clone(), normal(400, 6));
+            let data = Observed::of(u.clone(), gaussian(400, 6));
             let units = InUnits::new(&system, &data, [input, output], 1.0, true).unwrap();
             let convention = if feeds_back > 0.0 {
                 Convention::HoldingInput
@@ -168,7 +161,7 @@ fn the_holding_input_holds() {
     let mut system = example(Entering::Output);
     system.correction.fill(0.0);
     system.initial.truncate(1);
-    let data = Observed::of(normal(400, 7), normal(400, 8));
+    let data = Observed::of(gaussian(400, 7), gaussian(400, 8));
     let unit = Scale { mean: 0.0, spread: 1.0 };
     let model = InUnits::new(&system, &data, [unit; 2], 1.0, true).unwrap().model;
     for z in [-0.5, 0.1, 0.6] {
@@ -183,7 +176,7 @@ fn the_holding_input_holds() {
 
 /// A mass on a hardening spring with a damper, in discrete time.
 fn spring(samples: usize, noise: f64, seed: u64) -> Record {
-    let (u, e) = (normal(samples, seed), normal(samples, seed + 1));
+    let (u, e) = (gaussian(samples, seed), gaussian(samples, seed + 1));
     let mut y: Vec<f64> = vec![0.0; samples];
     for n in 2..samples {
         let force = 0.3 * y[n - 1] + 0.2 * y[n - 1].powi(3);
@@ -238,7 +231,7 @@ fn units_of_the_record_scale_the_curve() {
 
 #[test]
 fn a_loop_that_runs_away_says_nothing() {
-    let (u, mut y) = (normal(600, 30), normal(600, 31));
+    let (u, mut y) = (gaussian(600, 30), gaussian(600, 31));
     // Bursts that no stable loop explains.
     y.iter_mut().step_by(97).for_each(|y| *y = 1e3);
     let found = FEEDBACK
@@ -249,7 +242,7 @@ fn a_loop_that_runs_away_says_nothing() {
 
 #[test]
 fn noise_alone_is_useless() {
-    let record = Record::from_equal([("u", normal(600, 40)), ("y", normal(600, 41))]);
+    let record = Record::from_equal([("u", gaussian(600, 40)), ("y", gaussian(600, 41))]);
     let found = FEEDBACK.identify(&record, &["u"], "y").unwrap();
     assert!(found.fit_percent() < 20.0 && found.predicted.iter().all(|y| y.is_finite()));
 }
@@ -293,7 +286,7 @@ fn a_model_that_runs_away_is_not_a_number_from_there_on() {
         other => panic!("{other:?}"),
     };
     model.state[0][0] += 3.0;
-    let output = model.simulate(&normal(500, 71));
+    let output = model.simulate(&gaussian(500, 71));
     let first = output.iter().position(|y| y.is_nan()).unwrap();
     assert!(first > 0 && output[first..].iter().all(|y| y.is_nan()));
 }

@@ -13,13 +13,16 @@
 use super::limits::{CONTINUED_SHARE, NAMING_SHARE, PASSES_CONSTANT, RESPONSE, SMALLEST_GAIN};
 use super::loss::LoopError;
 use super::search::on_breakpoints;
-use super::system::{Entering, Loop, Observed, dot};
+use super::system::{Entering, Loop, Observed};
 use crate::error::Result;
-use crate::identify::block::{Band, Residuals, Scale, Uncertainty, normal_equations, tabulated};
+use crate::identify::block::{Band, KinkedSpline, Residuals, Scale, Uncertainty, tabulated};
 use crate::identify::result::StaticBlock;
 use crate::linalg::{Matrix, Vector};
 use crate::linear::correlation::{mean, variance};
+use crate::linear::least_squares::normal_equations;
 use crate::model::{FeedbackLevels, FeedbackModel};
+use crate::sort::sorted;
+use crate::vectors::dot;
 
 /// What enters the nonlinearity, as far as it has a name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,11 +67,12 @@ pub(super) struct InUnits {
 }
 
 impl InUnits {
-    /// Of a loop on standardised samples, its nonlinearity continued as a cubic if it is one and `may_continue`; `dependence` samples carry as much information as one with an independent error.
+    /// Of a loop on standardised samples, its nonlinearity continued as a cubic if it is one and `may_continue`; `dependence` samples carry
+    /// as much information as one with an independent error.
     pub fn new(
         system: &Loop,
         data: &Observed,
-        [input, output]: [Scale; 2],
+        scales: [Scale; 2],
         dependence: f64,
         may_continue: bool,
     ) -> Result<InUnits> {
@@ -78,43 +82,24 @@ impl InUnits {
             z.push(s.z);
             y.push(s.y);
         });
-        let (signal, abscissa) = named(&system, &z, &y, output);
-        let mut sorted = z.clone();
-        sorted.sort_unstable_by(f64::total_cmp);
-        let median = sorted[sorted.len() / 2];
-        let convention = match equilibrium_scales(&system, input) {
-            Some(_) => Convention::HoldingInput,
-            None => Convention::NoTangent,
-        };
-        let ordinate = |system: &Loop| match convention {
-            Convention::HoldingInput => {
-                equilibrium_scales(system, input).unwrap_or_else(|| tangential(system, median, output))
-            }
-            Convention::NoTangent => tangential(system, median, output),
-        };
-        let own = ordinate(&system);
-        let value =
-            |system: &Loop, own: Ordinate, z: f64| own.scale * system.spline.value(z) + own.slope * z + own.level;
-        let to_units = |z: f64| abscissa.slope * z + abscissa.level;
-        let shown = Loop {
-            spline: match may_continue {
-                true => continued(&system, &z).unwrap_or_else(|| system.spline.clone()),
-                false => system.spline.clone(),
+        let (signal, abscissa) = named(&system, &z, &y, scales[1]);
+        let sorted = sorted(&z);
+        let ordinates = Ordinates {
+            convention: match equilibrium_scales(&system, scales[0]) {
+                Some(_) => Convention::HoldingInput,
+                None => Convention::NoTangent,
             },
-            ..system.clone()
+            median: sorted[sorted.len() / 2],
+            scales,
         };
-        // The line is added to the curve, so that the table is made of the sum.
-        let mut whole = shown.spline.rescaled(1.0, own.scale);
-        let line = whole.line();
-        whole
-            .c
-            .iter_mut()
-            .zip(line)
-            .for_each(|(c, x)| *c += own.slope * x + own.level);
-        let mut nonlinearity = tabulated(&whole, &z, to_units, |v| v)?;
+        let own = ordinates.of(&system);
+        let to_units = |z: f64| abscissa.slope * z + abscissa.level;
+        let continued = may_continue.then(|| continued(&system, &z)).flatten();
+        let shown = own.applied(continued.as_ref().unwrap_or(&system.spline));
+        let mut nonlinearity = tabulated(&shown, &z, to_units, |v| v)?;
         let ends = [sorted[0], sorted[sorted.len() - 1]];
         let band = band(&system, data, dependence, ends, |system, z| {
-            value(system, ordinate(system), z)
+            ordinates.of(system).value(&system.spline, z)
         });
         if let Some(band) = band {
             let back = |x: f64| (x - abscissa.level) / abscissa.slope;
@@ -124,12 +109,47 @@ impl InUnits {
         let mut seen = ends.map(to_units);
         seen.sort_unstable_by(f64::total_cmp);
         Ok(InUnits {
-            model: model(&system, own, abscissa, [input, output], nonlinearity.curve.clone()),
+            model: model(&system, own, abscissa, scales, nonlinearity.curve.clone()),
             nonlinearity,
             signal,
-            convention,
+            convention: ordinates.convention,
             seen,
         })
+    }
+}
+
+impl Ordinate {
+    /// f in its unit at a point.
+    fn value(self, f: &KinkedSpline, z: f64) -> f64 {
+        self.scale * f.value(z) + self.slope * z + self.level
+    }
+
+    /// f in its unit.
+    fn applied(self, f: &KinkedSpline) -> KinkedSpline {
+        let mut f = f.rescaled(1.0, self.scale);
+        let line = f.line();
+        let each = f.c.iter_mut().zip(line);
+        each.for_each(|(c, x)| *c += self.slope * x + self.level);
+        f
+    }
+}
+
+/// The units of f for loops near each other.
+struct Ordinates {
+    convention: Convention,
+    median: f64,
+    /// Of input and output.
+    scales: [Scale; 2],
+}
+
+impl Ordinates {
+    fn of(&self, system: &Loop) -> Ordinate {
+        let [input, output] = self.scales;
+        let held = match self.convention {
+            Convention::HoldingInput => equilibrium_scales(system, input),
+            Convention::NoTangent => None,
+        };
+        held.unwrap_or_else(|| tangential(system, self.median, output))
     }
 }
 
@@ -201,7 +221,7 @@ fn tangential(system: &Loop, at: f64, output: Scale) -> Ordinate {
 }
 
 /// The curve on longer breakpoints, if it is one cubic.
-fn continued(system: &Loop, z: &[f64]) -> Option<crate::identify::block::KinkedSpline> {
+fn continued(system: &Loop, z: &[f64]) -> Option<KinkedSpline> {
     let spline = &system.spline;
     if spline.pieces() > 1 || !spline.kinks.is_empty() {
         return None;

@@ -22,6 +22,7 @@ use crate::linalg::{self, WithInverse};
 use crate::linear::correlation::{cross_covariance, variance};
 use crate::parallel;
 use crate::quantiles::NORMAL_99;
+use crate::vectors::dot;
 
 /// Both blocks without the input's colour, from those estimated as if it were white.
 pub(super) fn corrected(
@@ -76,7 +77,7 @@ pub(super) fn deconvolve(y: &[f64], m: &[f64], lags: Range<usize>) -> Option<Imp
         solution,
         largest_diagonal,
     } = linalg::solve_toeplitz(&r, &joint)?;
-    let explained: f64 = solution.iter().zip(&joint).map(|(k, c)| k * c).sum();
+    let explained = dot(&solution, &joint);
     let power = variance(y);
     let unexplained = (1.0 - explained / power).max(0.0);
     Some(ImpulseResponse {

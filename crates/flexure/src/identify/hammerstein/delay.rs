@@ -17,6 +17,7 @@ use super::options::{PlainHammerstein, RegressionLag};
 use crate::distributions::chi_squared_quantile;
 use crate::identify::warning::Warning;
 use crate::linear::correlation::{cross_covariance, mean, variance};
+use crate::vectors::{add, dot};
 
 /// The lags for the following steps.
 pub(super) struct Lags {
@@ -108,19 +109,19 @@ fn orthonormal_polynomials(x: &[f64]) -> Vec<Vec<f64>> {
         .map(|v| ((v - centre) / (CLIP * spread)).clamp(-1.0, 1.0))
         .collect();
     let n = x.len() as f64;
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(p, q)| p * q).sum::<f64>() / n;
+    let product = |a: &[f64], b: &[f64]| dot(a, b) / n;
     let mut basis: Vec<Vec<f64>> = vec![vec![1.0; x.len()]];
     for degree in 1..=DEGREES {
         let mut candidate: Vec<f64> = z.iter().zip(&basis[basis.len() - 1]).map(|(z, p)| z * p).collect();
-        let size = dot(&candidate, &candidate).sqrt();
+        let size = product(&candidate, &candidate).sqrt();
         // Two passes make them orthogonal to within rounding.
         for _ in 0..2 {
             for other in &basis {
-                let share = dot(&candidate, other);
-                candidate.iter_mut().zip(other).for_each(|(c, o)| *c -= share * o);
+                let share = product(&candidate, other);
+                add(&mut candidate, -share, other);
             }
         }
-        let norm = dot(&candidate, &candidate).sqrt();
+        let norm = product(&candidate, &candidate).sqrt();
         if !(norm > DEPENDENT * size) || basis.len() < degree {
             break;
         }

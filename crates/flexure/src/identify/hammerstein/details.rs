@@ -31,14 +31,8 @@ pub(super) fn of_order(order: &ChosenOrder, given: bool, error: &str) -> Vec<Det
             least.order
         );
     }
-    let curve = (orders.len() > 1).then(|| Score {
-        x_label: "order".to_owned(),
-        y_label: "Schwarz's criterion".to_owned(),
-        logarithmic: false,
-        x: orders.iter().map(|o| *o as f64).collect(),
-        y: scores.clone(),
-        chosen: order.order as f64,
-    });
+    let labels = ["order", "Schwarz's criterion"];
+    let curve = (orders.len() > 1).then(|| Score::of_numbers(labels, &orders, scores.clone(), order.order));
     let values = Values::new([("order", orders.into()), ("bic", scores.into())]);
     vec![
         Detail::new("order_scores", values)

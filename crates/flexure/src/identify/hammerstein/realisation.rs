@@ -14,6 +14,7 @@ use crate::linalg::{self, Complex};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::mean;
 use crate::linear::levenberg_marquardt::{Linearisation, minimise};
+use crate::vectors::dot;
 
 /// An order that was tried.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -240,8 +241,7 @@ fn refine(k: &[f64], order: usize, start: &TransferFunction, factor: Option<&[f6
 /// U d for an upper triangular row-major U.
 pub(super) fn times_upper(factor: &[f64], d: &[f64]) -> Vec<f64> {
     let rows = factor.chunks_exact(d.len()).enumerate();
-    rows.map(|(i, row)| row[i..].iter().zip(&d[i..]).map(|(u, d)| u * d).sum())
-        .collect()
+    rows.map(|(i, row)| dot(&row[i..], &d[i..])).collect()
 }
 
 /// The singular values of the Hankel matrix of k_1, k_2, ...: for a system of order l without noise,

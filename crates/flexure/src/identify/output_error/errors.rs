@@ -1,11 +1,13 @@
 //! Standard errors of the coefficients.
 
-use super::super::block::{Signals, UnitDiagonal, delayed, matrix_product, normal_equations};
+use super::super::block::{Signals, delayed, matrix_product};
 use super::integrators::{term_polynomial, with_integrators};
-use super::system::{LinearSystem, Orders, columns, combined};
+use super::system::{LinearSystem, Orders, columns};
 use crate::linear::TransferFunction;
 use crate::linear::autoregression::{SAMPLES_PER_COEFFICIENT, whitening};
+use crate::linear::least_squares::{UnitDiagonal, normal_equations};
 use crate::parallel;
+use crate::vectors::combined;
 
 /// The covariance of the coefficients, as polynomials in the delay, row by row: first the numerators', input after input, then the
 /// denominator's after its leading 1. `None` if the samples do not determine them.

@@ -1,12 +1,12 @@
 //! The fit of a system with given orders.
 
-use super::super::block::{
-    Minimum, Monitor, Rational, Residuals, Signals, StopRule, delayed, descend, efficient, least_squares,
-};
+use super::super::block::{Minimum, Monitor, Rational, Residuals, Signals, StopRule, delayed, descend, efficient};
 use super::integrators::{differenced, trend};
-use super::limits::PASSES;
-use super::system::{LinearSystem, Orders, columns, combined, impulse, lagged};
+use super::limits::{PASSES, PASSES_SETTLED};
+use super::system::{LinearSystem, Orders, columns, impulse, lagged};
+use crate::linear::least_squares::least_squares;
 use crate::linear::levenberg_marquardt::Linearisation;
+use crate::vectors::combined;
 
 /// What a fit minimises.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -188,7 +188,7 @@ fn iterated(orders: &Orders, data: &Signals) -> Option<LinearSystem> {
         let squares: f64 = errors.iter().skip(orders.first()).map(|e| e * e).sum();
         let fall = best.as_ref().map_or(f64::INFINITY, |(_, least)| least - squares);
         if fall > 0.0 && squares.is_finite() {
-            let settled = fall < 1e-4 * squares;
+            let settled = fall < PASSES_SETTLED * squares;
             best = Some((system, squares));
             if settled {
                 break;

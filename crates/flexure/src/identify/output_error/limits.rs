@@ -32,6 +32,8 @@ pub const ROUNDS: usize = 3;
 
 /// Passes of the Steiglitz-McBride iteration.
 pub const PASSES: usize = 12;
+/// The last pass lowers the sum of squares by less than this share. Convention.
+pub const PASSES_SETTLED: f64 = 1e-4;
 /// The fit of the output error to the first samples, and to all.
 pub const FIT: StopRule = StopRule::new(20, 1e-4);
 pub const LAST: StopRule = StopRule::new(80, 1e-8);

@@ -180,7 +180,7 @@ fn tried(
         return Vec::new();
     }
     // Without poles, both errors are the same.
-    jobs.retain(|(o, criterion)| o.poles + o.integrators > 0 || *criterion == Criterion::FreeRun);
+    jobs.retain(|(o, criterion)| o.order() > 0 || *criterion == Criterion::FreeRun);
     let candidates = parallel::batch(&jobs, |(orders, criterion)| {
         let as_many = |o: &Orders| (o.poles, o.integrators) == (orders.poles, orders.integrators);
         let start = near.filter(|system| as_many(&system.orders));

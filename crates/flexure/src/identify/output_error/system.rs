@@ -2,6 +2,7 @@
 
 use super::super::block::{Rational, Signals, delayed};
 use super::integrators::{numerator_polynomial, terms, trend, with_integrators};
+use crate::vectors::combined;
 
 /// The numbers of poles, integrators and numerator coefficients of a system.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -22,6 +23,11 @@ pub struct Numerator {
 }
 
 impl Orders {
+    /// The number of poles, those at 1 included.
+    pub fn order(&self) -> usize {
+        self.poles + self.integrators
+    }
+
     /// The number of coefficients with the offset and the powers of time, without the initial state, whose effect decays.
     pub fn parameters(&self) -> usize {
         self.poles + self.numerators() + 1 + self.integrators
@@ -143,15 +149,6 @@ pub fn lagged(orders: &Orders, signals: impl Iterator<Item = Vec<f64>>) -> Vec<V
 /// 1, then zeros.
 pub fn impulse(n: usize) -> Vec<f64> {
     (0..n).map(|t| if t == 0 { 1.0 } else { 0.0 }).collect()
-}
-
-/// The sum of columns, each times its coefficient.
-pub fn combined(columns: &[Vec<f64>], coefficients: &[f64]) -> Vec<f64> {
-    let mut sum = vec![0.0; columns.first().map_or(0, Vec::len)];
-    for (column, c) in columns.iter().zip(coefficients) {
-        sum.iter_mut().zip(column).for_each(|(s, x)| *s += c * x);
-    }
-    sum
 }
 
 /// The first samples of inputs and output; all of them count.

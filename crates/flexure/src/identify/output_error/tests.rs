@@ -2,9 +2,6 @@
 
 use std::ops::ControlFlow;
 
-use rand::SeedableRng;
-use rand_distr::{Distribution, StandardNormal};
-
 use super::super::block::{Monitor, Rational, Signals, linear_delays};
 
 use super::fit::Criterion;
@@ -12,14 +9,11 @@ use super::held_back::HeldBack;
 use super::integrators as polynomials;
 use super::limits::LAST;
 use super::search::drifts_alone;
-use super::system::{LinearSystem, Numerator, Orders, combined};
+use super::system::{LinearSystem, Numerator, Orders};
 use super::{covariance, search};
 use crate::linear::TransferFunction;
-
-fn noise(seed: u64, n: usize) -> Vec<f64> {
-    let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
-    (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
-}
+use crate::signal::gaussian;
+use crate::vectors::combined;
 
 fn filtered(b: &[f64], a: &[f64], input: &[f64]) -> Vec<f64> {
     TransferFunction::new(b.to_vec(), a.to_vec()).unwrap().simulate(input)
@@ -58,10 +52,10 @@ const A: [f64; 3] = [1.0, -1.5, 0.7];
 
 /// Two inputs with delays 2 and 0, an offset, and a record that begins while the system rings.
 fn two_inputs(n: usize, level: f64) -> Signals {
-    let u = [noise(1, n + 200), noise(2, n + 200)];
+    let u = [gaussian(n + 200, 1), gaussian(n + 200, 2)];
     let first = filtered(&[0.0, 0.0, 1.0, 0.5], &A, &u[0]);
     let second = filtered(&[0.3], &A, &u[1]);
-    let e = noise(3, n + 200);
+    let e = gaussian(n + 200, 3);
     let y: Vec<f64> = (200..n + 200)
         .map(|t| 0.7 + first[t] + second[t] + level * e[t])
         .collect();
@@ -115,8 +109,8 @@ fn orders_and_delays_are_those_of_the_system() {
 
 #[test]
 fn no_pole_is_taken_for_a_delay_and_a_gain() {
-    let u = noise(4, 600);
-    let e = noise(5, 600);
+    let u = gaussian(600, 4);
+    let e = gaussian(600, 5);
     let y = (0..600)
         .map(|t| if t < 7 { 0.0 } else { 2.0 * u[t - 7] } + 0.2 * e[t])
         .collect();
@@ -129,8 +123,8 @@ fn standard_errors_cover_the_coefficients_under_coloured_noise() {
     let (n, runs) = (600, 100);
     let (mut inside, mut count) = (0, 0);
     for seed in 0..runs {
-        let u = noise(10 + seed, n);
-        let colour = filtered(&[1.0], &[1.0, -0.9], &noise(1000 + seed, n));
+        let u = gaussian(n, 10 + seed);
+        let colour = filtered(&[1.0], &[1.0, -0.9], &gaussian(n, 1000 + seed));
         let clean = filtered(&[1.0, 0.5], &A, &u);
         let y = clean.iter().zip(&colour).map(|(y, e)| y + 0.3 * e).collect();
         let data = Signals::of_input(u, y, 0);
@@ -149,11 +143,11 @@ fn standard_errors_cover_the_coefficients_under_coloured_noise() {
 #[test]
 fn generalised_least_squares_make_the_first_response_several_times_more_exact() {
     let (b, a) = ([0.5, 0.2], [1.0, -1.2, 0.52]);
-    let slow = |seed: u64| filtered(&[1.0], &[1.0, -0.95], &noise(seed, 1500));
+    let slow = |seed: u64| filtered(&[1.0], &[1.0, -0.95], &gaussian(1500, seed));
     let mut distance = [0.0; 2];
     for seed in 0..12 {
         let u = slow(2 * seed);
-        let e = noise(2 * seed + 1, 1500);
+        let e = gaussian(1500, 2 * seed + 1);
         let e = filtered(&[1.0], &[1.0, -0.9], &e);
         let y = filtered(&b, &a, &u).iter().zip(&e).map(|(y, e)| y + e).collect();
         let data = Signals::of_input(u, y, 0);
@@ -201,8 +195,8 @@ fn a_slow_pole_whose_zeros_nearly_cancel_it_drifts_alone() {
 
 /// A force with a bias through d integrators and a lag: the output begins at 3 and moves at first.
 fn integrating(d: usize, n: usize, level: f64) -> Signals {
-    let u = noise(21, n);
-    let e = noise(22, n);
+    let u = gaussian(n, 21);
+    let e = gaussian(n, 22);
     let force: Vec<f64> = u.iter().map(|u| u + 0.2).collect();
     let a = polynomials::with_integrators(&[1.0, -0.7], d);
     let clean = filtered(&[0.0, 0.1, 0.02], &a, &force);
@@ -212,7 +206,7 @@ fn integrating(d: usize, n: usize, level: f64) -> Signals {
 
 #[test]
 fn the_terms_of_a_numerator_are_its_polynomial_behind_the_integrators() {
-    let signal = noise(30, 50);
+    let signal = gaussian(50, 30);
     let coefficients = [0.3, -1.2, 0.7, 0.4];
     for d in 0..=2 {
         let sum = combined(&polynomials::terms(&signal, d, 4), &coefficients);
@@ -260,11 +254,11 @@ fn standard_errors_of_an_integrating_system_cover_its_coefficients() {
     let truth = [0.1, 0.02, -1.7, 0.7];
     let (mut inside, mut count) = (0, 0);
     for seed in 0..runs {
-        let u = noise(300 + seed, n);
+        let u = gaussian(n, 300 + seed);
         let clean = filtered(&[0.0, 0.1, 0.02], &[1.0, -1.7, 0.7], &u);
         let y = clean
             .iter()
-            .zip(noise(700 + seed, n))
+            .zip(gaussian(n, 700 + seed))
             .map(|(y, e)| y + 0.3 * e)
             .collect();
         let data = Signals::of_input(u, y, 0);

@@ -6,6 +6,8 @@
 pub(super) const SMALLEST_PENALTY: f64 = 1e-10;
 pub(super) const PENALTY_FACTOR: f64 = 10.0;
 pub(super) const PENALTIES: usize = 11;
+/// A column is constant if its variance is at most this share of its mean square. Rounding.
+pub(super) const CONSTANT_COLUMN: f64 = 1e-12;
 
 // NARX.
 
@@ -37,5 +39,9 @@ pub(super) const CONSTANT_DEVIATION: f64 = 1e4;
 pub(super) const FIRST_STEPS: [f64; 2] = [2.0, 1.0];
 pub(super) const LAST_STEP: f64 = 0.1;
 pub(super) const MOST_ROUNDS: usize = 60;
+/// The steps are halved after a round that lowers the deviance by less than this. Convention: far below what chance explains.
+pub(super) const LEAST_GAIN: f64 = 0.1;
+/// The remaining sum of squares is at least this share of the output's. Rounding.
+pub(super) const LEAST_SQUARES: f64 = 1e-12;
 /// Bounds of the sizes' and decays' logarithm and logit. Convention; they keep the numbers finite.
 pub(super) const LARGEST_LOGARITHMS: [f64; 2] = [30.0, 7.0];

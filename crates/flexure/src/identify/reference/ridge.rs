@@ -1,8 +1,10 @@
 //! Ridge regression for all penalties at once, from the spectrum of the columns' correlations.
 
-use super::super::block::{Scale, regression};
-use super::limits::{PENALTIES, PENALTY_FACTOR, SMALLEST_PENALTY};
+use super::super::block::Scale;
+use super::limits::{CONSTANT_COLUMN, PENALTIES, PENALTY_FACTOR, SMALLEST_PENALTY};
 use crate::linalg::{self, Eigen};
+use crate::linear::least_squares::regression;
+use crate::vectors::{add, dot};
 
 /// The least-squares problem of a constant and columns; the penalty acts on columns of zero mean and unit variance.
 pub(super) struct Ridge {
@@ -32,7 +34,7 @@ impl Ridge {
         let covariance = |i: usize, j: usize| normal[i * size + j] / samples - mean(i) * mean(j);
         // A column without variance gets no coefficient.
         let spread = |i: usize| {
-            let floor = 1e-12 * normal[i * size + i] / samples;
+            let floor = CONSTANT_COLUMN * normal[i * size + i] / samples;
             let variance = Some(covariance(i, i)).filter(|v| *v > floor);
             variance.map_or(f64::INFINITY, f64::sqrt)
         };
@@ -52,9 +54,7 @@ impl Ridge {
         let with_output: Vec<f64> = (0..n)
             .map(|i| (equations.descent[i] - samples * mean(i) * level) / scales[i].spread)
             .collect();
-        let products = (vectors.chunks_exact(n))
-            .map(|v| v.iter().zip(&with_output).map(|(v, b)| v * b).sum())
-            .collect();
+        let products = (vectors.chunks_exact(n)).map(|v| dot(v, &with_output)).collect();
         Some(Ridge {
             output_squares: equations.cost - samples * level * level,
             columns: scales,
@@ -103,7 +103,7 @@ impl Ridge {
         let mut c = vec![0.0; n];
         for (k, vector) in self.vectors.chunks_exact(n).enumerate() {
             let weight = self.products[k] / (self.values[k] + penalty);
-            c.iter_mut().zip(vector).for_each(|(c, v)| *c += weight * v);
+            add(&mut c, weight, vector);
         }
         c.iter_mut().zip(&self.columns).for_each(|(c, s)| *c /= s.spread);
         let at_means = c.iter().zip(&self.columns).map(|(c, s)| c * s.mean).sum::<f64>();

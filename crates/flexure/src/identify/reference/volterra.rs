@@ -8,10 +8,10 @@
 //! TC is a sum of independent steps: $h_1(i) = \sum_{k \ge i} w_k$ with variances $c (\lambda^k - \lambda^{k+1})$. In running sums
 //! of the input the prior is diagonal, and the marginal likelihood needs one factorisation of the normal equations.
 
-use super::super::block::{Scale, Signals, delays, regression};
+use super::super::block::{Scale, Signals, delays};
 use super::limits::{
-    CONSTANT_DEVIATION, FIRST_MEMORIES, FIRST_STEPS, LARGEST_LOGARITHMS, LAST_STEP, MOST_ROUNDS, SECOND_MEMORIES,
-    VOLTERRA_SAMPLES,
+    CONSTANT_DEVIATION, FIRST_MEMORIES, FIRST_STEPS, LARGEST_LOGARITHMS, LAST_STEP, LEAST_GAIN, LEAST_SQUARES,
+    MOST_ROUNDS, SECOND_MEMORIES, VOLTERRA_SAMPLES,
 };
 use crate::error::Result;
 use crate::identify::request::{Progress, Request, Structure};
@@ -19,9 +19,10 @@ use crate::identify::result::{BlockKind, Detail, Identification, NamedBlock, Pla
 use crate::identify::run::{Run, path};
 use crate::interrupt;
 use crate::linalg::{self, WithDeterminant};
-use crate::linear::levenberg_marquardt::NormalEquations;
+use crate::linear::least_squares::{NormalEquations, regression};
 use crate::model::{Block, VolterraModel};
 use crate::text::number;
+use crate::vectors::dot;
 
 /// Where the search starts.
 const START: [DecayPrior; 2] = [
@@ -233,8 +234,7 @@ fn evidence(memory: Memory, priors: [DecayPrior; 2], equations: &NormalEquations
         solution: x,
         log_determinant,
     } = linalg::solve_with_determinant(&matrix, &rhs)?;
-    let explained: f64 = x.iter().zip(&rhs).map(|(x, b)| x * b).sum();
-    let variance = (equations.cost - explained).max(1e-12 * equations.cost) / samples;
+    let variance = (equations.cost - dot(&x, &rhs)).max(LEAST_SQUARES * equations.cost) / samples;
     let deviance = samples * variance.ln() + log_determinant;
     deviance.is_finite().then(|| Evidence {
         deviance,
@@ -282,7 +282,7 @@ fn most_likely(memory: Memory, start: [DecayPrior; 2], equations: &NormalEquatio
                 }
             }
         }
-        if before - best.evidence.deviance < 0.1 {
+        if before - best.evidence.deviance < LEAST_GAIN {
             share *= 0.5;
             if share < LAST_STEP {
                 break;

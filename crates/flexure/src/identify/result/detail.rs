@@ -62,6 +62,18 @@ pub struct Score {
 }
 
 impl Score {
+    /// The scores of whole numbers, with the labels of both axes.
+    pub fn of_numbers([x, y]: [&str; 2], numbers: &[usize], scores: Vec<f64>, chosen: usize) -> Self {
+        Score {
+            x_label: x.to_owned(),
+            y_label: y.to_owned(),
+            logarithmic: false,
+            x: numbers.iter().map(|n| *n as f64).collect(),
+            y: scores,
+            chosen: chosen as f64,
+        }
+    }
+
     /// The scores of an estimator's parameter; `x` names the column of x, and `chosen` has the chosen value of every column.
     pub fn of_parameter(name: EstimatorName, scores: &Scores, chosen: &[f64], x: &str) -> Self {
         let unit = match (name.has_bandwidth(), chosen.len()) {

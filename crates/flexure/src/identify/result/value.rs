@@ -82,6 +82,21 @@ impl Values {
         self.0.iter().find(|(n, _)| *n == name).map(|(_, value)| value)
     }
 
+    /// Raises all counts in the list of this name by one.
+    pub(in crate::identify) fn raise_counts(&mut self, name: &str) {
+        let lists = self.0.iter_mut().filter(|(n, _)| *n == name);
+        for (_, value) in lists {
+            if let Value::List(values) = value {
+                let counts = values.iter_mut();
+                counts.for_each(|v| {
+                    if let Value::Count(count) = v {
+                        *count += 1;
+                    }
+                });
+            }
+        }
+    }
+
     /// The number of this name; NaN if there is none.
     pub fn number(&self, name: &str) -> f64 {
         self.get(name).and_then(Value::number).unwrap_or(f64::NAN)

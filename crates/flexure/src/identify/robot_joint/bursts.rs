@@ -12,6 +12,7 @@ use super::fourier::smooth_from;
 use super::limits::{FEWEST_IN_STRETCH, STRETCHES};
 use crate::linalg::{Complex, Matrix};
 use crate::parallel;
+use crate::vectors::dot;
 
 /// The covariance of the equations' moments by their scatter over time.
 pub(super) fn over_time(equations: &Equations, residuals: &[Vec<Complex<f64>>]) -> Matrix {
@@ -49,8 +50,7 @@ pub(super) fn over_time(equations: &Equations, residuals: &[Vec<Complex<f64>>]) 
         sums.iter_mut().for_each(|s| *s -= mean);
         sums
     });
-    let product = |i: usize, j: usize| sums[i].iter().zip(&sums[j]).map(|(a, b)| a * b).sum();
-    Matrix::from_fn(sums.len(), sums.len(), product)
+    Matrix::from_fn(sums.len(), sums.len(), |i, j| dot(&sums[i], &sums[j]))
 }
 
 #[cfg(test)]

@@ -16,6 +16,7 @@ use super::limits::{CHANCE_OF_SPRING, COMPLIANCE_PASSES, COMPLIANCE_SETTLED, FLE
 use super::motion::Motion;
 use super::smooth::{Noise, Reflected};
 use crate::distributions::fisher_below;
+use crate::linear::correlation::{about_mean, mean_square};
 
 /// The deflection as that of a spring, with an offset of the link's clock.
 pub(super) struct Compliance {
@@ -54,7 +55,7 @@ impl Motion<'_> {
     /// curve over the noisy abscissa would be too flat.
     pub fn deflection(&self, link: &[f64]) -> Deflection {
         let d: Vec<f64> = self.motor.iter().zip(link).map(|(m, q)| m - q).collect();
-        let size = centred(&d).iter().map(|d| d * d).sum::<f64>() / d.len() as f64;
+        let size = mean_square(&about_mean(&d));
         let share = self.encoders().powi(2) / size.max(f64::MIN_POSITIVE);
         if share * PLAIN * PLAIN < 1.0 {
             return Deflection {
@@ -93,7 +94,7 @@ impl Motion<'_> {
             lines
         };
         let springs = [
-            first(modulation.of(&centred(self.torque))),
+            first(modulation.of(&about_mean(self.torque))),
             first(self.rotor_acceleration(modulation)),
         ];
         let reflected = Reflected::new(self.link, self.step);
@@ -106,7 +107,7 @@ impl Motion<'_> {
             };
             let d: Vec<f64> = self.motor.iter().zip(&link).map(|(m, q)| m - q).collect();
             let velocity = first(modulation.of_rate(&link));
-            let fit = SpringFit::new(&first(modulation.of(&centred(&d))), &velocity, &springs)?;
+            let fit = SpringFit::new(&first(modulation.of(&about_mean(&d))), &velocity, &springs)?;
             let change = fit.with.x[0];
             offset += change;
             last = Some(fit);
@@ -179,9 +180,4 @@ impl SpringFit {
             without: solve(&[velocity])?,
         })
     }
-}
-
-fn centred(x: &[f64]) -> Vec<f64> {
-    let mean = x.iter().sum::<f64>() / x.len() as f64;
-    x.iter().map(|v| v - mean).collect()
 }

@@ -19,7 +19,8 @@ use super::limits::{ITERATIONS, KNOTS, KNOTS_DENSER, LARGEST_LOG, RIDGE};
 use super::normal::Normal;
 use super::system::{Curve, Splines};
 use crate::linalg::{Matrix, Vector};
-use crate::linear::levenberg_marquardt::{NormalEquations, minimise_squares};
+use crate::linear::least_squares::NormalEquations;
+use crate::linear::levenberg_marquardt::minimise_squares;
 use crate::nonlinearity::spline::basis::LocalValues;
 use crate::parallel;
 

@@ -6,7 +6,7 @@
 
 use super::bursts::over_time;
 use super::equations::{Equations, Lines, Solution};
-use super::limits::{FEWEST_SMOOTHED, LEAST_REMAINDER, SMOOTHED_SHARE};
+use super::limits::{FEWEST_SMOOTHED, LEAST_REMAINDER, LEAST_WHITE, SMOOTHED_SHARE, WHITE_ROUNDS, WHITE_SETTLED};
 use super::normal::Covariance;
 use crate::linalg::{Complex, Matrix, product};
 use crate::parallel;
@@ -113,9 +113,9 @@ pub(super) fn fitted_noise(residuals: &[Complex<f64>], known: &[f64]) -> Vec<f64
 pub(super) fn fitted_to_power(power: &[f64], known: &[f64]) -> Vec<f64> {
     let n = power.len() as f64;
     let mean = power.iter().sum::<f64>() / n;
-    let floor = 1e-9 * mean + f64::MIN_POSITIVE;
+    let floor = LEAST_WHITE * mean + f64::MIN_POSITIVE;
     let mut white = mean.max(floor);
-    for _ in 0..100 {
+    for _ in 0..WHITE_ROUNDS {
         let (mut above, mut below) = (0.0, 0.0);
         for (p, k) in power.iter().zip(known) {
             let s = white + k;
@@ -123,7 +123,7 @@ pub(super) fn fitted_to_power(power: &[f64], known: &[f64]) -> Vec<f64> {
             below += 1.0 / s;
         }
         let next = (white * (above / below).sqrt()).max(floor);
-        let settled = (next - white).abs() < 1e-6 * white;
+        let settled = (next - white).abs() < WHITE_SETTLED * white;
         white = next;
         if settled {
             break;

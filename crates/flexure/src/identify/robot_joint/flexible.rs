@@ -23,6 +23,7 @@ use super::rigid::{RigidJoint, extra_parameters};
 use super::smooth::Reflected;
 use super::stretches::{FormedJoint, Logged};
 use crate::error::{DataError, Error, Result};
+use crate::linear::correlation::mean_square;
 
 /// The log of a flexible joint, and known values.
 ///
@@ -273,6 +274,18 @@ pub(super) struct AxisParts<'a> {
     pub link_torque: Vec<f64>,
 }
 
+/// The torques of a joint at every sample, from the log and the solution of its equations.
+struct Torques {
+    /// Of the spring, with what acts beside it.
+    elastic: Vec<f64>,
+    /// What is left for each curve when all others are subtracted.
+    of_stiffness: Vec<f64>,
+    of_friction: Vec<f64>,
+    of_motor: Vec<f64>,
+    /// The motor's torque as the solution has it.
+    reconstructed: Vec<f64>,
+}
+
 impl AxisParts<'_> {
     /// The result; `None` if not even the simplest forms can be fitted.
     pub fn axis(self, outcome: &FreeOutcome) -> Option<FlexibleAxis> {
@@ -283,46 +296,27 @@ impl AxisParts<'_> {
             motor_friction,
             ..
         } = self.place;
-        let kappa = &outcome.values[stiffness];
-        let torque_of = |effects: [Effect; 2]| self.joint.torque_of(&outcome.solved.factors(), effects, kappa.len());
-        let beside_spring = torque_of([Effect::Damping, Effect::HystereticSpring]);
-        let on_link = torque_of([Effect::Gravity, Effect::Presliding]);
-        let sum = |parts: &[(&[f64], f64)]| -> Vec<f64> {
-            let at = |i: usize| parts.iter().map(|(torque, sign)| sign * torque[i]).sum();
-            (0..kappa.len()).map(at).collect()
-        };
-        let none = vec![0.0; kappa.len()];
-        let motor_friction_torque = motor_friction.map_or(&none, |curve| &outcome.values[curve]);
-        let elastic = sum(&[(kappa, 1.0), (&beside_spring, 1.0)]);
-        let memories = [Effect::HystereticSpring, Effect::Presliding]
-            .into_iter()
-            .filter_map(|effect| {
-                let acts = self.explained?.effects.contains(&effect);
-                let missed = torque_of([effect; 2]);
-                acts.then(|| (effect, root_mean_square(&missed) / root_mean_square(&elastic)))
-            });
-        let findings = self.findings(memories.collect());
+        let torques = self.torques(outcome);
+        let findings = self.findings(self.memories(outcome, &torques.elastic));
         let secant = outcome.band(stiffness);
-        let of_stiffness = sum(&[
-            (motion.torque, 1.0),
-            (&self.rotor_torque, -1.0),
-            (motor_friction_torque, -1.0),
-            (&beside_spring, -1.0),
-        ]);
-        let of_friction = sum(&[(&elastic, 1.0), (&self.link_torque, -1.0), (&on_link, -1.0)]);
-        let of_motor = sum(&[(motion.torque, 1.0), (&self.rotor_torque, -1.0), (&elastic, -1.0)]);
         let at_motor = match motor_friction {
             Some(curve) => {
                 let band = outcome.band(curve);
-                Some(outcome.identified(curve, band, self.forms.motor_friction, of_motor)?)
+                Some(outcome.identified(curve, band, self.forms.motor_friction, torques.of_motor)?)
             }
             None => None,
         };
         let factor_of = |effect: Effect| self.joint.factors_of(Some(effect)).map(|i| outcome.factor(i));
+        let of_friction = torques.of_friction;
         Some(FlexibleAxis {
             motor_inertia: self.motor_inertia,
             by_equations: None,
-            stiffness: outcome.identified(stiffness, torque_band(&secant), self.forms.stiffness, of_stiffness)?,
+            stiffness: outcome.identified(
+                stiffness,
+                torque_band(&secant),
+                self.forms.stiffness,
+                torques.of_stiffness,
+            )?,
             secant,
             link: RigidAxis {
                 stiff: None,
@@ -336,7 +330,7 @@ impl AxisParts<'_> {
                 cut_off: Some(motion.link_noise.cut_off()),
                 highest: outcome.highest(),
                 sample_time: motion.step,
-                reconstructed: sum(&[(&elastic, 1.0), (&self.rotor_torque, 1.0), (motor_friction_torque, 1.0)]),
+                reconstructed: torques.reconstructed,
                 findings,
             },
             damping: factor_of(Effect::Damping).next(),
@@ -349,6 +343,44 @@ impl AxisParts<'_> {
                 standard_error: self.clocks.link_offset.standard_error,
             },
         })
+    }
+
+    /// The torque of two effects at every sample.
+    fn torque_of(&self, outcome: &FreeOutcome, effects: [Effect; 2]) -> Vec<f64> {
+        let n = outcome.values[self.place.stiffness].len();
+        self.joint.torque_of(&outcome.solved.factors(), effects, n)
+    }
+
+    fn torques(&self, outcome: &FreeOutcome) -> Torques {
+        let kappa = &outcome.values[self.place.stiffness];
+        let beside_spring = self.torque_of(outcome, [Effect::Damping, Effect::HystereticSpring]);
+        let on_link = self.torque_of(outcome, [Effect::Gravity, Effect::Presliding]);
+        let sum = |parts: &[(&[f64], f64)]| -> Vec<f64> {
+            let at = |i: usize| parts.iter().map(|(torque, sign)| sign * torque[i]).sum();
+            (0..kappa.len()).map(at).collect()
+        };
+        let none = vec![0.0; kappa.len()];
+        let at_motor = self.place.motor_friction.map_or(&none, |curve| &outcome.values[curve]);
+        let (torque, rotor) = (self.motion.torque, &self.rotor_torque);
+        let elastic = sum(&[(kappa, 1.0), (&beside_spring, 1.0)]);
+        Torques {
+            of_stiffness: sum(&[(torque, 1.0), (rotor, -1.0), (at_motor, -1.0), (&beside_spring, -1.0)]),
+            of_friction: sum(&[(&elastic, 1.0), (&self.link_torque, -1.0), (&on_link, -1.0)]),
+            of_motor: sum(&[(torque, 1.0), (rotor, -1.0), (&elastic, -1.0)]),
+            reconstructed: sum(&[(&elastic, 1.0), (rotor, 1.0), (at_motor, 1.0)]),
+            elastic,
+        }
+    }
+
+    /// The effects with a memory, and the size of each one's torque as a share of the spring's.
+    fn memories(&self, outcome: &FreeOutcome, elastic: &[f64]) -> Vec<(Effect, f64)> {
+        let memories = [Effect::HystereticSpring, Effect::Presliding].into_iter();
+        let acting = memories.filter(|effect| self.explained.is_some_and(|e| e.effects.contains(effect)));
+        let share = |effect| {
+            let missed = self.torque_of(outcome, [effect; 2]);
+            (effect, mean_square(&missed).sqrt() / mean_square(elastic).sqrt())
+        };
+        acting.map(share).collect()
     }
 
     /// The findings about the log.
@@ -385,10 +417,6 @@ impl AxisParts<'_> {
         findings.extend(checks::in_degrees(&[motion.motor, motion.link]));
         findings
     }
-}
-
-fn root_mean_square(x: &[f64]) -> f64 {
-    (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt()
 }
 
 impl FlexibleAxis {

@@ -1,6 +1,7 @@
 //! The physical forms of a joint's curves: their terms and names.
 
 use super::limits::LARGEST_STRIBECK;
+use crate::linear::correlation::mean_square;
 
 use serde::Serialize;
 
@@ -293,6 +294,19 @@ impl ParametricCurve {
             }
         }
         [dry, other]
+    }
+
+    /// The change of each factor with which its term is as large as this torque over the points x; 0 for the terms that a simulation
+    /// hardly shows.
+    pub fn factor_sizes(&self, x: &[f64], torque: f64) -> Vec<f64> {
+        let size = |shaped: ShapedTerm| match shaped.term {
+            Term::Stribeck | Term::TanhDifference | Term::Windup => 0.0,
+            _ => {
+                let values: Vec<f64> = x.iter().map(|&x| shaped.value(x)).collect();
+                torque / mean_square(&values).sqrt().max(f64::MIN_POSITIVE)
+            }
+        };
+        ShapedTerm::all(&self.terms, &self.logs, self.width).map(size).collect()
     }
 }
 

@@ -16,6 +16,7 @@ use realfft::{RealFftPlanner, RealToComplex};
 
 use super::limits::RAMP;
 use crate::linalg::Complex;
+use crate::linear::correlation::mean;
 use crate::parallel;
 
 /// The window, its derivatives and the frequencies of a record's modulated Fourier integrals.
@@ -116,10 +117,6 @@ impl Modulation {
     pub fn of_all(&self, columns: &[Vec<f64>]) -> Vec<Vec<Complex<f64>>> {
         parallel::batch(columns, |x| self.of(x))
     }
-}
-
-fn mean(x: &[f64]) -> f64 {
-    x.iter().sum::<f64>() / x.len() as f64
 }
 
 /// Whether a number has no prime factors above 7.

@@ -167,6 +167,12 @@ pub const LEAST_REMAINDER: f64 = 0.05;
 /// Residual powers are averaged over one hundredth of the lines on either side, and over at least the second number.
 pub const SMOOTHED_SHARE: usize = 100;
 pub const FEWEST_SMOOTHED: usize = 6;
+/// The least power of a line, as a share of the mean of all: rounding.
+pub const LEAST_POWER: f64 = 1e-12;
+/// The white part of the noise: its least share of the mean power, and the rounds and the relative change with which it has settled.
+pub const LEAST_WHITE: f64 = 1e-9;
+pub const WHITE_ROUNDS: usize = 100;
+pub const WHITE_SETTLED: f64 = 1e-6;
 
 /// Stretches of time, and the fewest points of one.
 pub const STRETCHES: usize = 64;
@@ -281,6 +287,9 @@ pub const DISAGREE: f64 = 3.0;
 
 /// The number of samples for minimising the error of a free run.
 pub const POLISHED_SAMPLES: usize = 2000;
+/// Integration steps a sample, while searching and for the motion itself.
+pub const POLISH_SUBSTEPS: usize = 2;
+pub const REPLAY_SUBSTEPS: usize = 8;
 /// The step of difference quotients, as a share of a parameter's scale.
 pub const POLISH_DIFFERENCE: f64 = 1e-3;
 /// The most Gauss-Newton steps, and the share of the mean square by which the last one lowers it.
@@ -290,3 +299,11 @@ pub const POLISH_SETTLED: f64 = 1e-3;
 pub const OTHER_INERTIA: f64 = 0.1;
 /// A polished form is used if it lowers the error of held-back halves by this share.
 pub const BETTER_BY: f64 = 0.05;
+/// A polished parameter differs by more than chance beyond this many standard errors.
+pub const POLISH_DIFFERS: f64 = 3.0;
+
+// The torque that a motion needs.
+
+/// Periods of the cut-off at both ends of a motion in which its acceleration is not known, but at most one sample in so many.
+pub const ENDS: f64 = 2.0;
+pub const LONGEST_ENDS: usize = 10;

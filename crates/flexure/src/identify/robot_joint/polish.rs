@@ -8,17 +8,15 @@
 //! on the other half, and with the equations' result.
 
 use super::finding::Finding;
-use super::forms::{ParametricCurve, ShapedTerm, Term};
-use super::limits::{BETTER_BY, POLISH_DIFFERENCE, POLISH_ROUNDS, POLISH_SETTLED, POLISHED_SAMPLES};
+use super::forms::{ParametricCurve, Term};
+use super::limits::{
+    BETTER_BY, POLISH_DIFFERENCE, POLISH_DIFFERS, POLISH_ROUNDS, POLISH_SETTLED, POLISH_SUBSTEPS, POLISHED_SAMPLES,
+};
 use super::outcome::{Estimated, Fitted, Polished, RigidAxis};
 use super::replay::{AxisDrive, Movable};
 use crate::linalg::least_squares;
+use crate::linear::correlation::mean_square;
 use crate::parallel;
-
-/// Substeps a sample while searching.
-const SUBSTEPS: usize = 2;
-/// Standard errors beyond which parameters differ.
-const DIFFERENT: f64 = 3.0;
 
 /// A part of the record under its torque.
 struct Run<'a> {
@@ -47,7 +45,7 @@ impl Run<'_> {
             friction: &friction,
             extras: self.axis.position_dependent(),
             sample_time: self.axis.sample_time,
-            substeps: SUBSTEPS,
+            substeps: POLISH_SUBSTEPS,
         };
         let motion = axis.positions(AxisDrive::Torque(self.torque), [self.position[0], self.velocity]);
         let both = motion.iter().zip(self.position).step_by(self.every);
@@ -140,17 +138,13 @@ impl RigidAxis {
     /// friction; 0 for fixed ones.
     fn sizes(&self, form: &Fitted) -> Vec<f64> {
         let curve = &form.curve;
-        let mean = |f: &dyn Fn(f64) -> f64| {
-            let squares = self.friction.x.iter().map(|&v| f(v).powi(2));
-            (squares.sum::<f64>() / self.friction.x.len() as f64).sqrt()
-        };
-        let friction = mean(&|v| curve.value(v));
-        let terms = ShapedTerm::all(&curve.terms, &curve.logs, curve.width);
-        let of_terms = terms.zip(&curve.terms).map(|(shaped, term)| match term {
-            Term::Stribeck | Term::TanhDifference => 0.0,
-            _ => friction / mean(&|v| shaped.value(v)).max(f64::MIN_POSITIVE),
-        });
-        std::iter::once(form.inertia.value).chain(of_terms).collect()
+        let v = &self.friction.x;
+        let friction: Vec<f64> = v.iter().map(|&v| curve.value(v)).collect();
+        [
+            vec![form.inertia.value],
+            curve.factor_sizes(v, mean_square(&friction).sqrt()),
+        ]
+        .concat()
     }
 }
 
@@ -197,11 +191,7 @@ fn differing(form: &Fitted, refined: &Fitted) -> Vec<String> {
     let parameters = parameters.map(|(p, r)| (p.symbol.as_str(), p.value, p.standard_error, r.value));
     std::iter::once(inertia)
         .chain(parameters)
-        .filter(|(_, before, error, after)| (after - before).abs() > DIFFERENT * error)
+        .filter(|(_, before, error, after)| (after - before).abs() > POLISH_DIFFERS * error)
         .map(|(symbol, ..)| symbol.to_owned())
         .collect()
-}
-
-fn mean_square(x: &[f64]) -> f64 {
-    x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64
 }

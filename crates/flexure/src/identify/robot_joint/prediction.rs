@@ -5,6 +5,7 @@
 
 use super::checks;
 use super::finding::Finding;
+use super::limits::{ENDS, LONGEST_ENDS};
 use super::outcome::{FlexibleAxis, IdentifiedCurve, RigidAxis};
 use super::smooth::{Noise, Reflected};
 use crate::error::Result;
@@ -43,10 +44,6 @@ pub struct NeededTorque {
     /// The sample time, s.
     pub sample_time: f64,
 }
-
-/// Periods of the cut-off at both ends of a motion in which its acceleration is not known, but at most a share of the motion.
-const ENDS: f64 = 2.0;
-const LONGEST_ENDS: usize = 10;
 
 impl NeededTorque {
     /// A torque of this motion without what is above the cut-off, and without both ends, at which accelerations are not known.

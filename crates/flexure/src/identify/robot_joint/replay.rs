@@ -1,10 +1,8 @@
 //! A rigid axis in time: the simulated motion of an identified axis.
 
 use super::forms::ParametricCurve;
+use super::limits::REPLAY_SUBSTEPS;
 use super::outcome::{Fitted, RigidAxis};
-
-/// Integration steps a sample.
-const SUBSTEPS: usize = 8;
 
 /// What moves the axis.
 #[derive(Debug, Clone, Copy)]
@@ -47,7 +45,7 @@ impl RigidAxis {
             friction: &form.curve,
             extras: self.position_dependent(),
             sample_time: self.sample_time,
-            substeps: SUBSTEPS,
+            substeps: REPLAY_SUBSTEPS,
         };
         axis.positions(drive, start)
     }

@@ -15,8 +15,8 @@ use super::basis::range;
 use super::equations::{Column, Equations, Lines, Solution};
 use super::fourier::Modulation;
 use super::limits::{
-    ANGLE_DEGREE, COMPLIANCE_PASSES, COMPLIANCE_SETTLED, MOSTLY_CLOCKS, NEIGHBOURS_AROUND, NEIGHBOURS_SHARE,
-    NOISE_ROUNDS,
+    ANGLE_DEGREE, COMPLIANCE_PASSES, COMPLIANCE_SETTLED, LEAST_POWER, MOSTLY_CLOCKS, NEIGHBOURS_AROUND,
+    NEIGHBOURS_SHARE, NOISE_ROUNDS,
 };
 use super::motion::Motion;
 use super::normal::Covariance;
@@ -116,7 +116,7 @@ fn weighted_by_remainder(columns: &[Column], right: Lines) -> Option<(Solution, 
 /// smooth over its logarithm.
 fn smoothed(lines: &Lines) -> Vec<f64> {
     let power: Vec<f64> = lines.iter().map(|line| line.norm_sqr()).collect();
-    let least = f64::MIN_POSITIVE + 1e-12 * power.iter().sum::<f64>() / power.len() as f64;
+    let least = f64::MIN_POSITIVE + LEAST_POWER * power.iter().sum::<f64>() / power.len() as f64;
     let around = |k: usize| {
         let half = NEIGHBOURS_AROUND.max((NEIGHBOURS_SHARE * k as f64) as usize);
         let near = &power[k.saturating_sub(half)..(k + half + 1).min(power.len())];

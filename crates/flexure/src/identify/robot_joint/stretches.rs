@@ -8,13 +8,14 @@
 //! Errors of motor and link are weighted by the inverse of their mean products. Standard errors are those of the jackknife over stretches, so that they
 //! hold for errors of any correlation within a stretch (Cameron & Miller 2015, section VI.B).
 
-use super::forms::{ParametricCurve, ShapedTerm, Term};
+use super::forms::ParametricCurve;
 use super::limits::{
     FEWEST_IN_RUN, IDLE_ROUNDS, LEAST_SUBSTEPS, MOST_SUBSTEPS, PERIODS_OF_RUN, POLISH_DIFFERENCE, POLISH_ROUNDS,
     POLISH_SETTLED, SIMULATED_SAMPLES, SLOPE_STEP, SOFTENED, START_ROUNDS, STEEPEST_STEP,
 };
 use super::outcome::Estimated;
 use crate::linalg::Matrix;
+use crate::linear::correlation::mean_square;
 use crate::parallel;
 use std::f64::consts::TAU;
 
@@ -68,23 +69,19 @@ impl FormedJoint {
     /// The change of each parameter that changes a torque, or an inertia, by about itself; 0 for the factors of terms that the simulation
     /// hardly shows, which stay.
     fn sizes(&self, log: &Logged) -> Vec<f64> {
-        let torque = root_mean_square(log.torque.iter().copied());
-        let terms = |curve: &ParametricCurve, x: &[f64]| -> Vec<f64> {
-            let shaped = ShapedTerm::all(&curve.terms, &curve.logs, curve.width).zip(&curve.terms);
-            let size = |(shaped, term): (ShapedTerm, &Term)| match term {
-                Term::Stribeck | Term::TanhDifference | Term::Windup => 0.0,
-                _ => torque / root_mean_square(x.iter().map(|&x| shaped.value(x))).max(f64::MIN_POSITIVE),
-            };
-            shaped.map(size).collect()
-        };
+        let torque = mean_square(log.torque).sqrt();
         let [motor, link] = log.velocities;
-        let twist = root_mean_square(motor.iter().zip(link).map(|(m, q)| m - q));
+        let twist: Vec<f64> = motor.iter().zip(link).map(|(m, q)| m - q).collect();
         let mut sizes = self.inertias.to_vec();
-        sizes.extend(self.damping.map(|_| torque / twist.max(f64::MIN_POSITIVE)));
+        sizes.extend(
+            self.damping
+                .map(|_| torque / mean_square(&twist).sqrt().max(f64::MIN_POSITIVE)),
+        );
         sizes.extend(self.gravity.iter().flatten().map(|_| torque));
-        sizes.extend(terms(&self.stiffness, &log.deflection()));
-        sizes.extend(terms(&self.friction, link));
-        sizes.extend(self.motor_friction.iter().flat_map(|curve| terms(curve, motor)));
+        sizes.extend(self.stiffness.factor_sizes(&log.deflection(), torque));
+        sizes.extend(self.friction.factor_sizes(link, torque));
+        let of_motor = self.motor_friction.as_ref();
+        sizes.extend(of_motor.map_or(Vec::new(), |curve| curve.factor_sizes(motor, torque)));
         sizes
     }
 
@@ -160,7 +157,7 @@ impl FormedJoint {
 
     /// The search for the joint whose simulated stretches are nearest to the log, with these stretches.
     pub fn search<'a>(&self, log: &'a Logged<'a>) -> (Search<'a>, Vec<Stretch>) {
-        let deflection = root_mean_square(log.deflection().into_iter());
+        let deflection = mean_square(&log.deflection()).sqrt();
         let length = self.length(log, deflection);
         let count = log.torque.len() / length;
         let every = (count * length).div_ceil(SIMULATED_SAMPLES).max(1);
@@ -173,7 +170,7 @@ impl FormedJoint {
             start: start(i * length),
             turned: 0.0,
         });
-        let velocity = root_mean_square(log.velocities[0].iter().copied());
+        let velocity = mean_square(log.velocities[0]).sqrt();
         let search = Search {
             log,
             length,
@@ -215,10 +212,42 @@ struct Local {
     errors: Vec<[f64; 2]>,
 }
 
-/// A step of the parameters, in their sizes, with its standard errors.
-struct Step {
-    change: Vec<f64>,
-    errors: Vec<f64>,
+/// The equations of all stretches together.
+struct Total {
+    products: Matrix,
+    moments: Matrix,
+}
+
+impl Total {
+    /// `None` without stretches.
+    fn new(locals: &[Local]) -> Option<Total> {
+        let n = locals.first()?.moments.len();
+        let (mut products, mut moments) = (Matrix::zeros(n, n), Matrix::zeros(n, 1));
+        for local in locals {
+            products += &local.products;
+            moments += &local.moments;
+        }
+        Some(Total { products, moments })
+    }
+
+    /// The step of the parameters, in their sizes.
+    fn step(&self) -> Option<Matrix> {
+        Some(-self.products.clone().cholesky()?.solve(&self.moments))
+    }
+
+    /// The standard error of a parameter after this step, in its size: the jackknife leaves out each stretch in turn.
+    fn error(&self, locals: &[Local], step: &Matrix, parameter: usize) -> Option<f64> {
+        let mut variance = 0.0;
+        for local in locals {
+            let without = Total {
+                products: &self.products - &local.products,
+                moments: &self.moments - &local.moments,
+            };
+            variance += (without.step()?[parameter] - step[parameter]).powi(2);
+        }
+        let share = 1.0 - 1.0 / locals.len() as f64;
+        Some((share * variance).sqrt())
+    }
 }
 
 /// The lower triangular matrix that makes the errors of motor and link uncorrelated and of size one.
@@ -293,29 +322,6 @@ impl Search<'_> {
         })
     }
 
-    /// The step that all stretches make together.
-    fn step(locals: &[Local]) -> Option<Step> {
-        let n = locals.first()?.moments.len();
-        let (mut products, mut moments) = (Matrix::zeros(n, n), Matrix::zeros(n, 1));
-        for local in locals {
-            products += &local.products;
-            moments += &local.moments;
-        }
-        let change = products.clone().cholesky()?.solve(&moments);
-        // Without each stretch in turn.
-        let mut variances = vec![0.0; n];
-        for local in locals {
-            let without = (&products - &local.products).cholesky()?;
-            let moved = without.solve(&(&moments - &local.moments)) - &change;
-            variances.iter_mut().zip(&moved).for_each(|(sum, m)| *sum += m * m);
-        }
-        let share = 1.0 - 1.0 / locals.len() as f64;
-        Some(Step {
-            errors: variances.iter().map(|sum| (share * sum).sqrt()).collect(),
-            change: change.iter().map(|c| -c).collect(),
-        })
-    }
-
     /// The equations of all stretches; `None` if the joint runs away in one of them.
     fn locals(&self, joint: &FormedJoint, stretches: &[Stretch], white: &Whitening) -> Option<Vec<Local>> {
         let locals = parallel::map(stretches.len(), |i| self.local(joint, &stretches[i], white));
@@ -338,37 +344,43 @@ impl Search<'_> {
     }
 
     /// The joint by Gauss-Newton steps from this joint and these states: that with the smallest determinant of the errors' mean products (the
-    /// likelihood of errors of unknown size; Bard 1974). The first rounds move the initial states alone.
+    /// likelihood of errors of unknown size; Bard 1974).
     pub fn nearest(&self, mut joint: FormedJoint, mut stretches: Vec<Stretch>, rounds: usize) -> Option<Nearest> {
         let free = self.free();
         let mut white = [[1.0, 0.0], [0.0, 1.0]];
+        // First the initial states alone.
+        for _ in 0..START_ROUNDS {
+            let locals = self.locals(&joint, &stretches, &white)?;
+            white = whitening(&locals)?;
+            stretches = self.moved(&stretches, &locals, &[]);
+        }
         let (mut best, mut smallest, mut since) = (None, f64::INFINITY, 0);
-        for round in 0..START_ROUNDS + rounds {
+        for _ in 0..rounds {
             // After a step that is too long, the joint may run away.
             let Some(locals) = self.locals(&joint, &stretches, &white) else {
                 break;
             };
-            let (Some(Step { change, errors }), Some(next)) = (Self::step(&locals), whitening(&locals)) else {
+            let Some(total) = Total::new(&locals) else { break };
+            let (Some(step), Some(next)) = (total.step(), whitening(&locals)) else {
                 break;
             };
             white = next;
-            if round < START_ROUNDS {
-                stretches = self.moved(&stretches, &locals, &[]);
-                continue;
-            }
             let size = size(&locals);
             since += 1;
             if size < (1.0 - POLISH_SETTLED) * smallest {
                 since = 0;
             }
             if size < smallest {
+                let Some(error) = total.error(&locals, &step, MOTOR) else {
+                    break;
+                };
                 smallest = size;
                 best = Some(Nearest {
                     joint: joint.clone(),
                     stretches: stretches.clone(),
                     motor_inertia: Estimated {
                         value: joint.inertias[MOTOR],
-                        standard_error: errors[MOTOR] * self.sizes[MOTOR],
+                        standard_error: error * self.sizes[MOTOR],
                     },
                     size,
                     white,
@@ -377,9 +389,9 @@ impl Search<'_> {
             if since == IDLE_ROUNDS {
                 break;
             }
-            stretches = self.moved(&stretches, &locals, &change);
+            stretches = self.moved(&stretches, &locals, step.as_slice());
             let mut parameters = joint.parameters();
-            for (&k, change) in free.iter().zip(&change) {
+            for (&k, change) in free.iter().zip(&step) {
                 *parameters[k] += change * self.sizes[k];
             }
         }
@@ -411,9 +423,4 @@ fn whitening(locals: &[Local]) -> Option<Whitening> {
             [-both / motor / rest.sqrt(), 1.0 / rest.sqrt()],
         ]
     })
-}
-
-fn root_mean_square(x: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = x.fold((0.0, 0.0), |(sum, count), x| (sum + x * x, count + 1.0));
-    (sum / count).sqrt()
 }

@@ -75,16 +75,10 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
 
 /// The scores by delay, in JSON, in the model file and as a picture on the page.
 fn delay_detail(fits: &[DelayedFit], chosen: usize) -> Detail {
-    let scores: Vec<f64> = fits.iter().map(|f| f.score).collect();
+    let (delays, scores): (Vec<usize>, Vec<f64>) = fits.iter().map(|f| (f.delay, f.score)).unzip();
     let why = "smallest score of generalised cross-validation";
+    let labels = ["delay, samples", "score of generalised cross-validation"];
     Detail::new("delay_scores", scores.clone())
         .shown(Place::Choice, "Delay", format!("{chosen} samples"), why)
-        .scored(Some(Score {
-            x_label: "delay, samples".to_owned(),
-            y_label: "score of generalised cross-validation".to_owned(),
-            logarithmic: false,
-            x: fits.iter().map(|f| f.delay as f64).collect(),
-            y: scores,
-            chosen: chosen as f64,
-        }))
+        .scored(Some(Score::of_numbers(labels, &delays, scores, chosen)))
 }

@@ -92,7 +92,7 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     let orders = &found.system.orders;
     let run = Run::new(&samples, model, paths, orders.parameters())?;
     Ok(Identification {
-        order: orders.poles + orders.integrators,
+        order: orders.order(),
         is_sum: request.inputs.len() > 1,
         output_offset: offset,
         details: details(&found, levels),
@@ -118,7 +118,7 @@ fn input_levels(system: &LinearSystem, inputs: &[Scale]) -> Vec<f64> {
 /// The linear part of every input in the record's units: `gains` are those of a system whose signals have unit variance.
 fn blocks(system: &LinearSystem, gains: &[f64], covariance: Option<&[f64]>) -> Result<Vec<LinearBlock>> {
     let a = system.polynomial();
-    let poles = system.orders.poles + system.orders.integrators;
+    let poles = system.orders.order();
     let size = system.orders.numerators() + poles;
     let mut first = 0;
     let mut blocks = Vec::new();
@@ -151,68 +151,60 @@ fn blocks(system: &LinearSystem, gains: &[f64], covariance: Option<&[f64]>) -> R
 /// How the orders were chosen.
 fn details(found: &Search, levels: Option<Vec<f64>>) -> Vec<Detail> {
     let orders = &found.system.orders;
-    let entry = |c: &LinearCandidate| {
-        Values::new([
-            ("order", (c.orders.poles + c.orders.integrators).into()),
-            (
-                "delays",
-                c.orders.inputs.iter().map(|i| i.delay).collect::<Vec<_>>().into(),
-            ),
-            (
-                "coefficients",
-                c.orders.inputs.iter().map(|i| i.count).collect::<Vec<_>>().into(),
-            ),
-            ("criterion", c.criterion.name().into()),
-            ("held_back_error", c.relative_error().into()),
-        ])
-    };
-    let list: Vec<Values> = found.tried.iter().map(entry).collect();
-    let best = |poles: usize| {
-        let errors = found
-            .tried
-            .iter()
-            .filter(|c| c.orders.poles + c.orders.integrators == poles);
-        errors
-            .map(LinearCandidate::relative_error)
-            .fold(f64::INFINITY, f64::min)
-    };
-    let most = found.tried.iter().map(|c| c.orders.poles + c.orders.integrators).max();
-    let tried: Vec<usize> = (0..=most.unwrap_or(0))
-        .filter(|poles| best(*poles).is_finite())
-        .collect();
-    let score = Score {
-        x_label: "poles".to_owned(),
-        y_label: "relative error, held back".to_owned(),
-        logarithmic: false,
-        x: tried.iter().map(|poles| *poles as f64).collect(),
-        y: tried.iter().map(|poles| best(*poles)).collect(),
-        chosen: (orders.poles + orders.integrators) as f64,
-    };
     let note = format!(
         "the smallest model whose free run predicts the held-back samples as well as the best one's; fitted by the {}",
         found.criterion.name()
     );
-    let integrates = levels.map(|levels| {
-        let note = "poles at 1, as the free run predicts better with them; the input at which the output would stand still counts as zero";
-        let at = levels.iter().map(|l| number(*l)).collect::<Vec<_>>().join(", ");
-        let text = format!("{} (input level {at})", orders.integrators);
-        [
-            Detail::new("integrators", orders.integrators).shown(Place::Fact, "Integrators", text, note),
-            Detail::new("input_levels", levels),
-        ]
-    });
-    let integrates: Vec<Detail> = integrates.into_iter().flatten().collect();
+    let list: Vec<Values> = found.tried.iter().map(entry).collect();
     let others = vec![
         Detail::new("criterion", found.criterion.name()),
         Detail::new("candidates", list)
-            .shown(
-                Place::Choice,
-                "Poles",
-                (orders.poles + orders.integrators).to_string(),
-                &note,
-            )
-            .scored(Some(score)),
+            .shown(Place::Choice, "Poles", orders.order().to_string(), &note)
+            .scored(Some(score(found))),
         Detail::new("nonlinearity", Value::None).unsaved(),
     ];
-    [integrates, others].concat()
+    let integrators = levels.map(|levels| integrators(orders.integrators, levels));
+    integrators.into_iter().flatten().chain(others).collect()
+}
+
+/// A candidate as values.
+fn entry(c: &LinearCandidate) -> Values {
+    let inputs = &c.orders.inputs;
+    Values::new([
+        ("order", c.orders.order().into()),
+        ("delays", inputs.iter().map(|i| i.delay).collect::<Vec<_>>().into()),
+        (
+            "coefficients",
+            inputs.iter().map(|i| i.count).collect::<Vec<_>>().into(),
+        ),
+        ("criterion", c.criterion.name().into()),
+        ("held_back_error", c.relative_error().into()),
+    ])
+}
+
+/// The least error for each number of poles.
+fn score(found: &Search) -> Score {
+    let best = |count: usize| {
+        let of_count = found.tried.iter().filter(|c| c.orders.order() == count);
+        let errors = of_count.map(LinearCandidate::relative_error);
+        errors.fold(f64::INFINITY, f64::min)
+    };
+    let most = found.tried.iter().map(|c| c.orders.order()).max();
+    let tried: Vec<usize> = (0..=most.unwrap_or(0))
+        .filter(|count| best(*count).is_finite())
+        .collect();
+    let errors = tried.iter().map(|count| best(*count)).collect();
+    let labels = ["poles", "relative error, held back"];
+    Score::of_numbers(labels, &tried, errors, found.system.orders.order())
+}
+
+/// The number of integrators, and the level of each input that counts as zero.
+fn integrators(count: usize, levels: Vec<f64>) -> [Detail; 2] {
+    let note = "poles at 1, as the free run predicts better with them; the input at which the output would stand still counts as zero";
+    let at = levels.iter().map(|l| number(*l)).collect::<Vec<_>>().join(", ");
+    let text = format!("{count} (input level {at})");
+    [
+        Detail::new("integrators", count).shown(Place::Fact, "Integrators", text, note),
+        Detail::new("input_levels", levels),
+    ]
 }

@@ -2,10 +2,6 @@
 
 use std::ops::ControlFlow;
 
-use rand::SeedableRng;
-use rand_distr::{Distribution, StandardNormal};
-use rand_pcg::Pcg64;
-
 use super::super::block::Stage;
 use super::{HAMMERSTEIN_WIENER, LINEAR, PARALLEL, WIENER, WIENER_HAMMERSTEIN};
 use crate::Error;
@@ -15,11 +11,7 @@ use crate::identify::result::{Identification, Value};
 use crate::identify::warning::Warning;
 use crate::linear::TransferFunction;
 use crate::record::Record;
-
-fn gaussian(n: usize, seed: u64) -> Vec<f64> {
-    let mut rng = Pcg64::seed_from_u64(seed);
-    (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
-}
+use crate::signal::gaussian;
 
 fn identify(structure: &Structure, u: &[f64], y: &[f64]) -> Result<Identification> {
     structure.identify(&Record::new([("u", u.to_vec()), ("y", y.to_vec())])?, &["u"], "y")

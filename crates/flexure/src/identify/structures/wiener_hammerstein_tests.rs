@@ -1,9 +1,5 @@
 //! The identification as a whole.
 
-use rand::SeedableRng;
-use rand_distr::{Distribution, StandardNormal};
-use rand_pcg::Pcg64;
-
 use super::*;
 use crate::identify::WIENER_HAMMERSTEIN;
 use crate::identify::result::{NamedBlock, StaticBlock};
@@ -12,6 +8,7 @@ use crate::linear::correlation::variance;
 use crate::model::Block;
 use crate::nonlinearity::{Curve, Outside};
 use crate::record::Record;
+use crate::signal::gaussian;
 use crate::text::number;
 
 fn linear(b: &[f64], a: &[f64]) -> Block {
@@ -30,11 +27,6 @@ fn limiter() -> Block {
         curve(&[(-9.0, -0.6), (-0.6, -0.6), (0.8, 0.8), (9.0, 0.8)]),
         linear(&[0.5], &[1.0, -0.5]),
     ])
-}
-
-fn gaussian(n: usize, seed: u64) -> Vec<f64> {
-    let mut rng = Pcg64::seed_from_u64(seed);
-    (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
 }
 
 /// A record with white noise of this share of the output's standard deviation.

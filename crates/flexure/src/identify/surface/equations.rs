@@ -1,11 +1,15 @@
 //! The penalised least-squares problem of one Gauss-Newton step: its equations, and the likeliest penalties.
 
-use super::super::block::{Rational, Signals, normal_equations};
+use super::super::block::{Rational, Signals};
 use super::fit::Fit;
-use super::limits::{FORGOTTEN, OVERSTEP, PENALTIES, PENALTY_STEPS, RIDGE, SEGMENT, SETTLED};
+use super::limits::{
+    FORGOTTEN, LEAST_SHARE, LEAST_SQUARES, OVERSTEP, PENALTIES, PENALTY_STEPS, RIDGE, SEGMENT, SETTLED, ZERO_EIGENVALUE,
+};
 use crate::linalg;
-use crate::linear::levenberg_marquardt::{Linearisation, NormalEquations};
+use crate::linear::least_squares::{NormalEquations, normal_equations};
+use crate::linear::levenberg_marquardt::Linearisation;
 use crate::nonlinearity::{SurfaceAxis, products};
+use crate::vectors::{add, dot};
 
 /// The normal equations of the output error: the columns are the filtered products of splines, the linear part's derivatives and a
 /// constant.
@@ -15,31 +19,19 @@ use crate::nonlinearity::{SurfaceAxis, products};
 pub(super) fn equations(fit: &Fit, data: &Signals, free: bool) -> NormalEquations {
     let samples = data.y.len();
     let warm = fit.delay + fit.linear.settling(FORGOTTEN);
-    let mut sum: Option<NormalEquations> = None;
-    let mut start = data.from;
-    while start < samples {
+    let parts = (data.from..samples).step_by(SEGMENT).map(|start| {
         let end = samples.min(start + SEGMENT);
         let first = start.saturating_sub(warm);
         let u = data.u.iter().map(|u| u[first..end].to_vec()).collect();
         let part = Signals::new(u, data.y[first..end].to_vec(), start - first);
         let Linearisation { residuals, jacobian } = linearised(fit, &part, free);
-        let next = normal_equations(&residuals, &jacobian, part.from);
-        sum = Some(match sum {
-            None => next,
-            Some(mut sum) => {
-                sum.cost += next.cost;
-                sum.descent.iter_mut().zip(next.descent).for_each(|(s, n)| *s += n);
-                sum.normal.iter_mut().zip(next.normal).for_each(|(s, n)| *s += n);
-                sum
-            }
-        });
-        start = end;
-    }
-    sum.unwrap_or(NormalEquations {
-        cost: 0.0,
-        descent: Vec::new(),
-        normal: Vec::new(),
-    })
+        normal_equations(&residuals, &jacobian, part.from)
+    });
+    let sum = parts.reduce(|mut sum, next| {
+        sum.add(&next);
+        sum
+    });
+    sum.unwrap_or(NormalEquations::zero(0))
 }
 
 /// The linear part's parameters that are free: all except the numerator's largest.
@@ -62,7 +54,7 @@ fn linearised(fit: &Fit, data: &Signals, free: bool) -> Linearisation {
     let g = &fit.linear;
     let mut v = vec![0.0; samples];
     for (column, c) in columns.iter_mut().zip(fit.surface.coefficients()) {
-        v.iter_mut().zip(&*column).for_each(|(v, b)| *v += c * b);
+        add(&mut v, *c, column);
         *column = g.run(column);
     }
     let all_pole = g.all_pole(&v);
@@ -108,7 +100,7 @@ impl Penalty {
             }
             matrices.push(matrix);
             let along = linalg::symmetric_eigen(&own, m)?.values;
-            let floor = 1e-10 * along.iter().copied().fold(0.0, f64::max);
+            let floor = ZERO_EIGENVALUE * along.iter().copied().fold(0.0, f64::max);
             let clean = |e: f64| if e > floor { e } else { 0.0 };
             eigenvalues.push((0..size).map(|j| clean(along[index(j, axis)])).collect());
         }
@@ -125,8 +117,7 @@ impl Penalty {
             .iter()
             .map(|matrix| {
                 let rows = matrix.chunks_exact(self.size).zip(c);
-                rows.map(|(row, ci)| ci * row.iter().zip(c).map(|(s, cj)| s * cj).sum::<f64>())
-                    .sum()
+                rows.map(|(row, ci)| ci * dot(row, c)).sum()
             })
             .collect()
     }
@@ -178,10 +169,8 @@ pub(super) fn likeliest(
     let (n, size) = (equations.descent.len(), penalty.size);
     // About the origin of the coefficients, not their present values.
     let row = |i: usize| &equations.normal[i * n..i * n + size];
-    let product = |i: usize| row(i).iter().zip(c).map(|(a, c)| a * c).sum::<f64>();
-    let moved: Vec<f64> = (0..n).map(product).collect();
+    let moved: Vec<f64> = (0..n).map(|i| dot(row(i), c)).collect();
     let rhs: Vec<f64> = equations.descent.iter().zip(&moved).map(|(d, m)| d + m).collect();
-    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(a, b)| a * b).sum::<f64>();
     let cost = equations.cost + 2.0 * dot(c, &equations.descent) + dot(c, &moved);
     let typical = (0..size).map(|i| equations.normal[i * n + i]).sum::<f64>() / size as f64;
     let bounds = PENALTIES.map(|p| p * typical.max(f64::MIN_POSITIVE));
@@ -197,12 +186,12 @@ pub(super) fn likeliest(
         let quadratic: f64 = (0..n)
             .map(|i| unknowns[i] * dot(&equations.normal[i * n..(i + 1) * n], &unknowns))
             .sum();
-        let squares = (cost - 2.0 * dot(&unknowns, &rhs) + quadratic).max(1e-14 * cost);
+        let squares = (cost - 2.0 * dot(&unknowns, &rhs) + quadratic).max(LEAST_SQUARES * cost);
         let variance = squares / (samples as f64 - effective - (n - size) as f64).max(1.0);
         let shares = penalty.shares(&weights);
         let next: Vec<f64> = (0..weights.len())
             .map(|a| {
-                let gain = (shares[a] - traces[a]).max(1e-12);
+                let gain = (shares[a] - traces[a]).max(LEAST_SHARE);
                 let ratio = variance * gain / roughness[a].max(f64::MIN_POSITIVE);
                 let target = weights[a] * ratio.powf(OVERSTEP);
                 target.clamp(bounds[0], bounds[1])
@@ -245,7 +234,6 @@ fn under(equations: &NormalEquations, penalty: &Penalty, weights: &[f64], rhs: &
         }
     }
     let inverse = linalg::inverse_positive_definite(&matrix, n)?;
-    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(a, b)| a * b).sum::<f64>();
     let trace = |s: &Vec<f64>| {
         let row = |i: usize| dot(&s[i * size..(i + 1) * size], &inverse[i * n..i * n + size]);
         (0..size).map(row).sum()

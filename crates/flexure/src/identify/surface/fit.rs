@@ -1,6 +1,8 @@
 //! From the starts to the system: the linear part's structure, the surface's pieces, and the last fit on all samples.
 
-use super::super::block::{Monitor, Prepared, Rational, Signals, Stage, delayed, restructured, standardised};
+use super::super::block::{
+    Monitor, Prepared, Rational, SETTLED_START, Signals, Stage, delayed, restructured, standardised,
+};
 use super::SurfaceCandidate;
 use super::equations::{Penalty, equations, free_parameters, likeliest, penalised};
 use super::limits::{
@@ -114,8 +116,7 @@ pub(super) fn find(data: &Signals, monitor: &mut Monitor<'_>) -> Option<SurfaceS
     });
     let mut best = fits.min_by(|a, b| a.squares.total_cmp(&b.squares))?;
     monitor.stage = Stage::Structure;
-    let settling = best.delay + best.linear.settling(1e-4);
-    data.from = settling.clamp(data.y.len() / 100, data.y.len() / 10);
+    data.count_after(best.delay + best.linear.settling(SETTLED_START));
     medium = data.head(STRUCTURE_SAMPLES);
     let mut tried = Vec::new();
     for round in 0..ROUNDS {

@@ -52,3 +52,8 @@ pub(super) const SETTLED: f64 = 5e-3;
 pub(super) const PENALTIES: [f64; 2] = [1e-7, 1e5];
 /// Holds directions that neither data nor penalty determine. Rounding.
 pub(super) const RIDGE: f64 = 1e-9;
+/// Eigenvalues of a penalty below this share of the largest are zero, the remaining sum of squares is at least this share of the output's,
+/// and a penalty takes at least this part of a parameter. Rounding.
+pub(super) const ZERO_EIGENVALUE: f64 = 1e-10;
+pub(super) const LEAST_SQUARES: f64 = 1e-14;
+pub(super) const LEAST_SHARE: f64 = 1e-12;

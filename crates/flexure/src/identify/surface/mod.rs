@@ -155,13 +155,14 @@ fn scores(tried: &[SurfaceCandidate], chosen: usize) -> Score {
     let mut tried = tried.to_vec();
     sort::by_key(&mut tried, |t| t.pieces as f64);
     tried.dedup_by_key(|t| t.pieces);
+    let (pieces, scores): (Vec<usize>, Vec<f64>) = tried.iter().map(|t| (t.pieces, t.score)).unzip();
+    let labels = [
+        "pieces along every input",
+        "relative error, by generalised cross-validation",
+    ];
     Score {
-        x_label: "pieces along every input".to_owned(),
-        y_label: "relative error, by generalised cross-validation".to_owned(),
         logarithmic: true,
-        x: tried.iter().map(|t| t.pieces as f64).collect(),
-        y: tried.iter().map(|t| t.score).collect(),
-        chosen: chosen as f64,
+        ..Score::of_numbers(labels, &pieces, scores, chosen)
     }
 }
 

@@ -8,6 +8,7 @@ use super::super::limits::CLIP;
 use super::limits::{DEGREES, LAG_SAMPLES, LAGS_TOGETHER};
 use crate::linear::correlation::mean;
 use crate::nonlinearity::{Degree, Estimator, KernelEstimator, Outside, Regression};
+use crate::vectors::combined;
 
 /// The surface's output, at zero mean and unit variance, by every start.
 pub(super) fn starts(data: &Signals, monitor: &mut Monitor<'_>) -> Vec<Vec<f64>> {
@@ -53,14 +54,6 @@ fn polynomials(data: &Signals) -> Vec<Vec<f64>> {
         .filter(|(degree, _)| *degree > 0)
         .map(|(_, c)| c)
         .collect()
-}
-
-fn combined(columns: &[Vec<f64>], c: &[f64]) -> Vec<f64> {
-    let mut sum = vec![0.0; columns.first().map_or(0, Vec::len)];
-    for (column, c) in columns.iter().zip(c) {
-        sum.iter_mut().zip(column).for_each(|(s, x)| *s += c * x);
-    }
-    sum
 }
 
 /// The lags at which features explain the output best.

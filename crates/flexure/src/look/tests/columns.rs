@@ -3,8 +3,9 @@
 use super::super::clock::Clock;
 use super::super::quantisation::Quantisation;
 use super::super::spectrum::Spectrum;
-use super::{lag, look_at, noise};
+use super::{lag, look_at};
 use crate::look::Column;
+use crate::signal::gaussian;
 use crate::sort::sorted;
 
 fn column(samples: &[f64]) -> Column {
@@ -17,7 +18,7 @@ fn rounded(x: &[f64], step: f64, offset: f64) -> Vec<f64> {
 
 #[test]
 fn what_is_missing_is_counted_and_left_out() {
-    let mut x = noise(1000, 1);
+    let mut x = gaussian(1000, 1);
     let clean = column(&x[10..]);
     x[..4].fill(f64::NAN);
     x[4..10].fill(f64::NEG_INFINITY);
@@ -41,14 +42,14 @@ fn columns_that_are_no_signals() {
 
 #[test]
 fn levels_are_listed_where_they_are_few() {
-    let steps: Vec<f64> = noise(400, 2)
+    let steps: Vec<f64> = gaussian(400, 2)
         .iter()
         .map(|v| if *v > 0.3 { 6.41 } else { 3.41 })
         .collect();
     let c = column(&steps);
     assert_eq!(c.levels.as_deref(), Some(&[3.41, 6.41][..]));
     assert!(c.lower_stop.is_none() && c.quantisation.is_none() && c.outliers.is_empty());
-    assert_eq!(column(&noise(400, 2)).levels, None);
+    assert_eq!(column(&gaussian(400, 2)).levels, None);
 }
 
 #[test]
@@ -59,13 +60,13 @@ fn the_step_of_rounding_is_found() {
         (3, 10.0 / 65536.0, -5.0),
         (4, 0.3, 1e3),
     ] {
-        let q = column(&rounded(&noise(4000, seed), step, offset)).quantisation;
+        let q = column(&rounded(&gaussian(4000, seed), step, offset)).quantisation;
         let q = q.unwrap_or_else(|| panic!("no step of {step} was found"));
         assert!((q.step / step - 1.0).abs() < 1e-6, "{} for {step}", q.step);
         assert_eq!(q.share, 1.0);
     }
     // Single precision, as many loggers store it.
-    let single: Vec<f64> = rounded(&noise(4000, 5), 0.001, 0.0)
+    let single: Vec<f64> = rounded(&gaussian(4000, 5), 0.001, 0.0)
         .iter()
         .map(|x| f64::from(*x as f32))
         .collect();
@@ -75,7 +76,7 @@ fn the_step_of_rounding_is_found() {
 
 #[test]
 fn samples_beside_the_grid_are_counted() {
-    let mut x = rounded(&noise(5000, 6), 0.05, 0.0);
+    let mut x = rounded(&gaussian(5000, 6), 0.05, 0.0);
     for i in 0..50 {
         x[100 * i] += 0.02;
     }
@@ -88,14 +89,18 @@ fn samples_beside_the_grid_are_counted() {
 fn no_grid_where_there_is_none() {
     for seed in 0..200 {
         for n in [60, 1000] {
-            assert_eq!(Quantisation::of_sorted(&sorted(&noise(n, seed))), None, "seed {seed}");
+            assert_eq!(
+                Quantisation::of_sorted(&sorted(&gaussian(n, seed))),
+                None,
+                "seed {seed}"
+            );
         }
     }
 }
 
 #[test]
 fn a_standstill_at_an_extreme_is_seen_on_its_side() {
-    let smooth = lag(0.9, &noise(5000, 7));
+    let smooth = lag(0.9, &gaussian(5000, 7));
     let clipped: Vec<f64> = smooth.iter().map(|v| v.min(3.0)).collect();
     let expected = smooth.iter().filter(|v| **v >= 3.0).count();
     let c = column(&clipped);
@@ -118,7 +123,7 @@ fn a_standstill_at_an_extreme_is_seen_on_its_side() {
 
 #[test]
 fn planted_outliers_are_found_and_no_others() {
-    let smooth = lag(0.95, &noise(8000, 8));
+    let smooth = lag(0.95, &gaussian(8000, 8));
     let spread = column(&smooth).deviation;
     let mut x = smooth.clone();
     let planted = [17, 900, 901, 4000, 7998];
@@ -132,8 +137,8 @@ fn planted_outliers_are_found_and_no_others() {
 /// What `OUTLIER` says: none in a million samples of normal white noise. And none where a signal jumps, bursts or rests.
 #[test]
 fn no_outliers_where_there_are_none() {
-    assert!(column(&noise(1_000_000, 9)).outliers.is_empty());
-    let quiet = noise(6000, 10);
+    assert!(column(&gaussian(1_000_000, 9)).outliers.is_empty());
+    let quiet = gaussian(6000, 10);
     let steps: Vec<f64> = (0..6000)
         .map(|i| f64::from(i / 50 * 7919 % 13) + 0.01 * quiet[i as usize])
         .collect();
@@ -149,7 +154,7 @@ fn no_outliers_where_there_are_none() {
 /// A command that is held for 1 to 40 samples: a value that is held for one sample is no outlier, one far beyond all others is.
 #[test]
 fn values_that_are_held_count_once() {
-    let values = noise(600, 12);
+    let values = gaussian(600, 12);
     let held: Vec<f64> = (0..600).flat_map(|k| vec![values[k]; 1 + k * 31 % 40]).collect();
     assert!(column(&held).outliers.is_empty());
     let mut spoiled = held.clone();
@@ -192,7 +197,7 @@ fn a_clock_with_jitter_gaps_and_steps_back() {
 #[test]
 fn a_spectrum_has_the_power_where_it_is() {
     let n = 40_000;
-    let white = noise(n, 11);
+    let white = gaussian(n, 11);
     let spectrum = Spectrum::new(&white).unwrap();
     let width = 1.0 / spectrum.segment as f64;
     let power: f64 = spectrum.density.iter().map(|d| d * width).sum();

@@ -1,7 +1,8 @@
 //! Which column follows which.
 
-use super::{lag, later, look_at, noise, sum, times};
+use super::{lag, later, look_at, sum, times};
 use crate::look::{Dependence, Direction, Kind, Relation};
+use crate::signal::gaussian;
 
 const SAMPLES: usize = 4000;
 
@@ -19,8 +20,8 @@ fn only(a: &[f64], b: &[f64]) -> Dependence {
 #[test]
 fn delays_are_found_to_the_sample() {
     for (delay, seed) in [(0, 1), (1, 2), (3, 3), (17, 4), (29, 5)] {
-        let u = noise(SAMPLES, seed);
-        let y = sum(&lag(0.8, &later(delay, &u)), &noise(SAMPLES, seed + 100));
+        let u = gaussian(SAMPLES, seed);
+        let y = sum(&lag(0.8, &later(delay, &u)), &gaussian(SAMPLES, seed + 100));
         let found = only(&u, &y);
         assert_eq!((found.cause, found.effect, found.delay, found.block), (0, 1, delay, 1));
         assert_eq!(
@@ -37,8 +38,8 @@ fn delays_are_found_to_the_sample() {
 /// A coloured input does not blur the delay, as it is whitened.
 #[test]
 fn delays_under_a_coloured_input() {
-    let u = lag(0.95, &noise(SAMPLES, 11));
-    let y = sum(&lag(0.8, &later(4, &u)), &noise(SAMPLES, 12));
+    let u = lag(0.95, &gaussian(SAMPLES, 11));
+    let y = sum(&lag(0.8, &later(4, &u)), &gaussian(SAMPLES, 12));
     let found = only(&u, &y);
     assert_eq!((found.cause, found.delay, found.direction), (0, 4, Direction::Forward));
 }
@@ -47,9 +48,9 @@ fn delays_under_a_coloured_input() {
 #[test]
 fn outliers_do_not_turn_a_dependence_round() {
     for seed in 31..36 {
-        let values = noise(SAMPLES, seed);
+        let values = gaussian(SAMPLES, seed);
         let u: Vec<f64> = (0..SAMPLES).map(|t| values[t / 7]).collect();
-        let clean = sum(&lag(0.95, &later(3, &u)), &times(0.05, &noise(SAMPLES, seed + 100)));
+        let clean = sum(&lag(0.95, &later(3, &u)), &times(0.05, &gaussian(SAMPLES, seed + 100)));
         let mut y = clean.clone();
         for at in [411, 1333, 1334, 2600, 3777] {
             y[at] += 30.0;
@@ -66,8 +67,8 @@ fn outliers_do_not_turn_a_dependence_round() {
 
 #[test]
 fn a_long_delay_is_found_to_a_block() {
-    let u = lag(0.9, &noise(20_000, 21));
-    let y = sum(&later(150, &u), &noise(20_000, 22));
+    let u = lag(0.9, &gaussian(20_000, 21));
+    let y = sum(&later(150, &u), &gaussian(20_000, 22));
     let found = only(&u, &y);
     assert!(
         found.block > 1 && found.delay.abs_diff(150) <= found.block,
@@ -81,10 +82,10 @@ fn a_long_delay_is_found_to_a_block() {
 /// A slow system under much noise changes too little from sample to sample; means show it.
 #[test]
 fn a_slow_system_under_noise() {
-    let u = lag(0.99, &noise(40_000, 31));
+    let u = lag(0.99, &gaussian(40_000, 31));
     let y = lag(0.998, &u);
     let spread = y.iter().map(|v| v * v).sum::<f64>().sqrt() / 200.0;
-    let measured = sum(&y, &times(spread, &noise(40_000, 32)));
+    let measured = sum(&y, &times(spread, &gaussian(40_000, 32)));
     let found = only(&u, &measured);
     assert_eq!((found.cause, found.direction), (0, Direction::Forward));
     assert!(found.block > 1);
@@ -92,16 +93,16 @@ fn a_slow_system_under_noise() {
 
 #[test]
 fn the_coherent_share_is_that_of_the_signal() {
-    let u = noise(20_000, 41);
+    let u = gaussian(20_000, 41);
     let response = lag(0.6, &u);
     // Powers of 1 / (1 - 0.36) and of 1.
-    let found = only(&u, &sum(&response, &noise(20_000, 42)));
+    let found = only(&u, &sum(&response, &gaussian(20_000, 42)));
     let expected = 1.5625 / 2.5625;
     assert!((found.coherent - expected).abs() < 0.03, "{}", found.coherent);
     // Where there is nothing, the chance coherence of few segments is taken off.
     let share = |a: &[f64], b: &[f64]| super::super::coherence::coherent_share(a, b);
     let chance: f64 = (0..20)
-        .map(|s| share(&noise(2000, 50 + s), &noise(2000, 80 + s)))
+        .map(|s| share(&gaussian(2000, 50 + s), &gaussian(2000, 80 + s)))
         .sum::<f64>()
         / 20.0;
     assert!(chance < 0.06, "{chance}");
@@ -109,7 +110,7 @@ fn the_coherent_share_is_that_of_the_signal() {
 
 #[test]
 fn feedback_is_seen_both_ways() {
-    let (v, w) = (noise(SAMPLES, 51), noise(SAMPLES, 52));
+    let (v, w) = (gaussian(SAMPLES, 51), gaussian(SAMPLES, 52));
     let (mut u, mut y) = (vec![0.0; SAMPLES], vec![0.0; SAMPLES]);
     for n in 2..SAMPLES {
         y[n] = 0.5 * y[n - 1] + u[n - 1] + w[n];
@@ -123,17 +124,20 @@ fn feedback_is_seen_both_ways() {
 
 #[test]
 fn columns_that_change_together_have_no_direction() {
-    let common = noise(SAMPLES, 61);
-    let found = only(&sum(&common, &noise(SAMPLES, 62)), &sum(&common, &noise(SAMPLES, 63)));
+    let common = gaussian(SAMPLES, 61);
+    let found = only(
+        &sum(&common, &gaussian(SAMPLES, 62)),
+        &sum(&common, &gaussian(SAMPLES, 63)),
+    );
     assert_eq!((found.cause, found.effect, found.direction), (0, 1, Direction::AtOnce));
 }
 
 /// An even nonlinearity is not correlated with its input.
 #[test]
 fn an_even_nonlinearity_shows_in_the_square() {
-    let u = noise(SAMPLES, 71);
+    let u = gaussian(SAMPLES, 71);
     let squares: Vec<f64> = u.iter().map(|u| u * u).collect();
-    let y = sum(&lag(0.5, &later(3, &squares)), &noise(SAMPLES, 72));
+    let y = sum(&lag(0.5, &later(3, &squares)), &gaussian(SAMPLES, 72));
     let found = only(&u, &y);
     assert_eq!((found.kind, found.cause, found.delay), (Kind::Square, 0, 3));
     assert_eq!(found.coherent, 0.0);
@@ -145,11 +149,11 @@ fn an_even_nonlinearity_shows_in_the_square() {
 fn independent_columns_are_seldom_said_to_depend() {
     type Make = fn(u64) -> Vec<f64>;
     let kinds: [(&str, Make); 6] = [
-        ("white", |seed| noise(1000, seed)),
-        ("slow", |seed| lag(0.97, &noise(1000, seed))),
-        ("random walk", |seed| lag(1.0, &noise(1000, seed))),
+        ("white", |seed| gaussian(1000, seed)),
+        ("slow", |seed| lag(0.97, &gaussian(1000, seed))),
+        ("random walk", |seed| lag(1.0, &gaussian(1000, seed))),
         ("oscillating", |seed| {
-            let e = noise(1000, seed);
+            let e = gaussian(1000, seed);
             let mut y = vec![0.0; e.len()];
             for n in 2..e.len() {
                 y[n] = 1.8 * y[n - 1] - 0.95 * y[n - 2] + e[n];
@@ -157,11 +161,11 @@ fn independent_columns_are_seldom_said_to_depend() {
             y
         }),
         ("two levels", |seed| {
-            noise(1000, seed).iter().map(|v| v.signum()).collect()
+            gaussian(1000, seed).iter().map(|v| v.signum()).collect()
         }),
         ("bursts", |seed| {
             let bursts = |(n, v): (usize, &f64)| if n / 100 % 2 == 0 { 10.0 * v } else { 0.01 * v };
-            noise(1000, seed).iter().enumerate().map(bursts).collect()
+            gaussian(1000, seed).iter().enumerate().map(bursts).collect()
         }),
     ];
     let mut found = Vec::new();
@@ -183,12 +187,12 @@ fn independent_columns_are_seldom_said_to_depend() {
 #[test]
 fn derivatives_and_multiples() {
     let dt = 0.01;
-    let acceleration = lag(0.9, &noise(3000, 81));
+    let acceleration = lag(0.9, &gaussian(3000, 81));
     let velocity = times(dt, &lag(1.0, &acceleration));
     let position = times(dt, &lag(1.0, &velocity));
-    let noisy = sum(&position, &times(1e-6, &noise(3000, 82)));
+    let noisy = sum(&position, &times(1e-6, &gaussian(3000, 82)));
     let copy: Vec<f64> = velocity.iter().map(|v| 57.3 * v + 1.0).collect();
-    let other = noise(3000, 83);
+    let other = gaussian(3000, 83);
     let columns = [("q", noisy), ("dq", velocity), ("deg", copy), ("w", other)];
     let record = crate::Record::new(columns.map(|(name, x)| (name, x))).unwrap();
     let found = crate::look::look(&record, None, Some(dt)).unwrap().relations;

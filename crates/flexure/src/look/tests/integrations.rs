@@ -1,14 +1,15 @@
 //! Positions that integrate forces, and outputs that do not.
 
-use super::{lag, noise, sum, times};
+use super::{lag, sum, times};
 use crate::look::integrated_output;
+use crate::signal::gaussian;
 
 /// A mass with viscous and dry friction, whose position a controller moves back and forth, as an industrial axis does: force and position.
 fn axis(samples: usize, seed: u64, encoder: f64) -> [Vec<f64>; 2] {
     let (dt, mass, viscous, dry) = (1e-3, 95.0, 200.0, 20.0);
     let (mut q, mut v) = (0.0_f64, 0.0_f64);
     let mut target = 0.0_f64;
-    let [steps, errors] = [seed, seed + 1000].map(|s| noise(samples, s));
+    let [steps, errors] = [seed, seed + 1000].map(|s| gaussian(samples, s));
     let (mut force, mut position) = (Vec::new(), Vec::new());
     for n in 0..samples {
         if n % 1500 == 0 {
@@ -45,7 +46,7 @@ fn an_axis_under_position_control() {
 #[test]
 fn a_mass_without_friction_integrates_twice() {
     for seed in 0..10 {
-        let force = lag(0.95, &noise(4000, seed));
+        let force = lag(0.95, &gaussian(4000, seed));
         let position = lag(1.0, &lag(1.0, &force));
         assert!(integrated_output(&force, &position).is_some(), "seed {seed}");
     }
@@ -56,10 +57,10 @@ fn a_mass_without_friction_integrates_twice() {
 fn outputs_that_settle() {
     for seed in 0..40 {
         for pole in [0.0, 0.9, 0.99, 0.9975] {
-            let u = lag(0.5, &noise(4000, seed));
+            let u = lag(0.5, &gaussian(4000, seed));
             let y = lag(pole, &u);
             assert!(integrated_output(&u, &y).is_none(), "pole {pole}, seed {seed}");
-            let measured = sum(&y, &times(0.1, &noise(4000, seed + 100)));
+            let measured = sum(&y, &times(0.1, &gaussian(4000, seed + 100)));
             assert!(
                 integrated_output(&u, &measured).is_none(),
                 "pole {pole}, noise, seed {seed}"
@@ -72,8 +73,8 @@ fn outputs_that_settle() {
 #[test]
 fn outputs_that_drift() {
     for seed in 0..100 {
-        let u = lag(0.5, &noise(4000, seed));
-        let drift = lag(1.0, &noise(4000, seed + 200));
+        let u = lag(0.5, &gaussian(4000, seed));
+        let drift = lag(1.0, &gaussian(4000, seed + 200));
         assert!(integrated_output(&u, &drift).is_none(), "unrelated, seed {seed}");
         let driven = sum(&lag(0.9, &u), &times(0.1, &drift));
         assert!(
@@ -87,7 +88,7 @@ fn outputs_that_drift() {
 
 #[test]
 fn what_shows_nothing() {
-    let u = noise(1000, 1);
+    let u = gaussian(1000, 1);
     assert_eq!(integrated_output(&u, &u[1..]), None);
     assert_eq!(integrated_output(&u, &[1.0; 1000]), None);
     assert_eq!(integrated_output(&u[..50], &lag(1.0, &u[..50])), None);

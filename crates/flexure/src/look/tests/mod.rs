@@ -4,17 +4,9 @@ mod columns;
 mod dependences;
 mod integrations;
 
-use rand::SeedableRng;
-use rand_distr::{Distribution, StandardNormal};
-
 use super::{Look, look};
 use crate::record::Record;
-
-/// Standard normal white noise.
-fn noise(samples: usize, seed: u64) -> Vec<f64> {
-    let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
-    (0..samples).map(|_| StandardNormal.sample(&mut rng)).collect()
-}
+use crate::signal::gaussian;
 
 /// y_n = a y_(n-1) + x_n.
 fn lag(a: f64, x: &[f64]) -> Vec<f64> {
@@ -50,8 +42,8 @@ fn look_at(columns: &[(&str, &[f64])]) -> Look {
 /// The findings about two columns do not depend on their units, except for values with a unit.
 #[test]
 fn units_and_offsets_change_nothing() {
-    let u = noise(3000, 1);
-    let y = sum(&lag(0.7, &later(2, &u)), &times(0.5, &noise(3000, 2)));
+    let u = gaussian(3000, 1);
+    let y = sum(&lag(0.7, &later(2, &u)), &times(0.5, &gaussian(3000, 2)));
     let [plain, scaled] = [(1.0, 0.0), (-2.5e4, 7e5)].map(|(factor, offset)| {
         let moved: Vec<f64> = y.iter().map(|y| factor * y + offset).collect();
         look_at(&[("u", &u), ("y", &moved)])

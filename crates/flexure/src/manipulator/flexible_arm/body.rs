@@ -2,6 +2,7 @@
 
 use super::shapes::{ShapeFunctions, gauss};
 use crate::manipulator::chain::Beam;
+use crate::vectors::dot;
 
 /// The axial functions: the share s of the length, and its cube. They have the exact extension of a turning uniform beam with a load.
 const AXIAL: usize = 2;
@@ -46,10 +47,6 @@ impl Local {
             curved: [0.0; 2],
         }
     }
-}
-
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// `M v` of a square matrix by rows.

@@ -1,10 +1,11 @@
 //! The equations of motion: what every link adds in its own axes, carried to the coordinates.
 
-use super::body::{Local, Rigid, dot, times};
+use super::body::{Local, Rigid, times};
 use super::{FlexibleArm, Link};
 use crate::error::{ArmError, Error, Result};
 use crate::linalg::{Matrix, Vector};
 use crate::manipulator::chain::{ChainEnergy, DrivenState};
+use crate::vectors::dot;
 
 /// A frame in the plane and how it moves with the coordinates.
 #[derive(Debug, Clone)]

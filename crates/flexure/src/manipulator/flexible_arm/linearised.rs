@@ -1,9 +1,9 @@
 //! A flexible arm near rest: the matrices of its small motions.
 
 use super::FlexibleArm;
-use super::body::dot;
 use crate::error::Result;
 use crate::manipulator::chain::{LinearisedChain, check_rest};
+use crate::vectors::dot;
 
 impl FlexibleArm {
     /// The arm near rest at the position `q`, held there by its motors. Gravity's torques load the springs of flexible joints; beams and the

@@ -1,6 +1,7 @@
 //! The function b + sum_k c_k tanh(d_k + v_k . z), its gradient, and its derivatives by the parameters.
 
 use super::super::blocks::{BLOCK, Row};
+use crate::vectors::dot;
 
 /// The size of a network. Its parameters are b, then c_k, d_k, v_k of every unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -93,10 +94,6 @@ impl Layer {
 /// The hyperbolic tangent to an absolute error of one rounding; faster than the standard library's.
 fn tanh(a: f64) -> f64 {
     1.0 - 2.0 / (1.0 + (2.0 * a).exp())
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]

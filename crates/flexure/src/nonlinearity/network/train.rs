@@ -9,7 +9,8 @@ use super::Decay;
 use super::layer::Layer;
 use super::sample::{Sample, SampleBlock};
 use crate::linalg;
-use crate::linear::levenberg_marquardt::{Minimum, NormalEquations, minimise_squares};
+use crate::linear::least_squares::NormalEquations;
+use crate::linear::levenberg_marquardt::{Minimum, minimise_squares};
 use crate::selection::{ScoredParameter, UNDETERMINED};
 
 /// The starts compete on at most this many points.

@@ -1,6 +1,7 @@
 //! Cubic B-splines on given knots and the integral of their squared second derivatives.
 
 use super::banded::Banded;
+use crate::vectors::dot;
 
 /// The values of the basis functions that do not vanish at a point. Their indices are consecutive.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,8 +14,7 @@ pub(crate) struct LocalValues<const N: usize> {
 impl<const N: usize> LocalValues<N> {
     /// The sum of all functions with these coefficients.
     pub fn combined(&self, coefficients: &[f64]) -> f64 {
-        let each = self.values.iter().zip(&coefficients[self.first..]);
-        each.map(|(v, c)| v * c).sum()
+        dot(&self.values, &coefficients[self.first..])
     }
 }
 

@@ -33,6 +33,7 @@ use crate::linear::TransferFunction;
 use crate::linear::autoregression::{SAMPLES_PER_COEFFICIENT, whitening};
 use crate::linear::correlation::cross_covariance;
 use crate::sort;
+use crate::vectors::dot;
 
 /// The lags after which the response has settled.
 pub(super) fn memory(linear: &TransferFunction) -> usize {
@@ -86,7 +87,7 @@ pub(super) fn input_correlations(u: &[f64]) -> Vec<f64> {
 fn dependence(input: &[f64], response: &[f64], energy: f64) -> f64 {
     let correlation = |lag: usize| -> f64 {
         let later = response.get(lag..).unwrap_or_default();
-        later.iter().zip(response).map(|(a, b)| a * b).sum::<f64>() / energy
+        dot(later, response) / energy
     };
     let seen = input.iter().enumerate().filter(|(_, c)| **c != 0.0);
     let sum: f64 = seen.map(|(i, c)| c * correlation(i + 1)).sum();

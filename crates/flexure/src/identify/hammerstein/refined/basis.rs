@@ -8,6 +8,7 @@ use super::piecewise::{PiecewiseCubics, Term, powers};
 use super::stepwise::{Costs, OrthogonalFit, stepwise};
 use crate::nonlinearity::spline::{banded::Banded, basis::CubicSplines};
 use crate::sort;
+use crate::vectors::dot;
 
 /// A basis and the values' regression on it.
 pub(super) struct Selection {
@@ -237,7 +238,7 @@ fn explained_by_spline(cells: &Cells, z: &[f64], inner: &[f64]) -> Option<f64> {
         own.for_each(|(m, v)| *m += w * v * z);
     }
     let c = gram.factor()?.solve(moment.clone());
-    Some(c.iter().zip(&moment).map(|(c, m)| c * m).sum())
+    Some(dot(&c, &moment))
 }
 
 #[cfg(test)]

@@ -16,11 +16,11 @@ use super::limits::{DERIVATIVE_STEP, END_SHARE, JUMP_WIDTH, POINTS, SINGULAR_RID
 use super::loss::Equations;
 use super::piecewise::{Breakpoint, Term, breakpoints};
 use crate::error::Result;
-use crate::identify::block::UnitDiagonal;
 use crate::identify::limits::FEW_LEVELS;
 use crate::identify::result::CoefficientErrors;
 use crate::identify::warning::Warning;
 use crate::linear::TransferFunction;
+use crate::linear::least_squares::UnitDiagonal;
 use crate::nonlinearity::{Curve, Outside};
 use crate::quantiles::NORMAL_95;
 

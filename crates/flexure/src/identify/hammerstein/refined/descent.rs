@@ -4,8 +4,8 @@ use super::super::super::limits::LARGEST_RADIUS;
 use super::blocks::{Blocks, Observed};
 use super::limits::{DAMPING_AFTER_FALL, DAMPING_AFTER_RISE, FIRST_DAMPING, LEAST_FALL, LEAST_RAISED, MOST_DAMPING};
 use super::loss::Equations;
-use crate::identify::block::UnitDiagonal;
 use crate::interrupt;
+use crate::linear::least_squares::UnitDiagonal;
 
 /// A damped step of all parameters except the fixed one.
 pub(super) fn step(equations: &Equations, fixed: usize, damping: f64) -> Option<Vec<f64>> {
@@ -19,6 +19,11 @@ pub(super) fn step(equations: &Equations, fixed: usize, damping: f64) -> Option<
 pub(super) fn admissible(blocks: &Blocks) -> bool {
     blocks.parameters().iter().all(|p| p.is_finite())
         && (blocks.linear.transfer.poles()).is_some_and(|poles| poles.iter().all(|p| p.norm() <= LARGEST_RADIUS))
+}
+
+/// The damping after a step that does not lower the squared error.
+pub(super) fn raised(damping: f64) -> f64 {
+    (damping * DAMPING_AFTER_RISE).max(LEAST_RAISED)
 }
 
 /// Both blocks, and the equations there.
@@ -43,7 +48,7 @@ pub(super) fn descend(mut blocks: Blocks, observed: &Observed, whitening: &[f64]
             let trial = trial.filter(admissible);
             next = trial.filter(|b| b.squares(observed, whitening) < before);
             if next.is_none() {
-                damping = (damping * DAMPING_AFTER_RISE).max(LEAST_RAISED);
+                damping = raised(damping);
             }
         }
         let Some(better) = next else { break };

@@ -165,8 +165,11 @@ fn form_detail(fit: &PhysicalFormFit, asked: bool, other: Option<PhysicalForm>) 
         .collect();
     if let Some(ends) = fit.form.flat_beyond() {
         let p: Vec<f64> = fit.parameters.iter().map(|p| p.value).collect();
-        let [low, high] = ends.map(|i| number(fit.form.value(&p, p[i])));
-        text.push(format!("flat at {low} and at {high}"));
+        let seen = ends.into_iter().filter(|i| fit.parameters[*i].error.is_finite());
+        let flat: Vec<String> = seen.map(|i| number(fit.form.value(&p, p[i]))).collect();
+        if !flat.is_empty() {
+            text.push(format!("flat at {}", flat.join(" and at ")));
+        }
     }
     let mut why = format!(
         "{}; ± one standard error, for the estimated linear part",

@@ -11,13 +11,13 @@ use super::basis::{Selection, even_knots, selection};
 use super::blocks::Observed;
 use super::cells::{Cells, DEGREES};
 use super::limits::{
-    DEPENDENT, ENTRY_COST, FILTERED_PLACES, FILTERED_SAMPLES, FREE_POWERS, GIVEN_COST, JUMP_COST, MOST_TERMS,
-    MOVED_PLACES, PATIENCE, SWEEPS,
+    CELLS_BETWEEN, DEPENDENT, ENTRY_COST, FILTERED_PLACES, FILTERED_SAMPLES, FREE_POWERS, GIVEN_COST, JUMP_COST,
+    MOST_TERMS, MOVED_PLACES, PATIENCE, SWEEPS,
 };
 use super::linear_part::LinearPart;
 use super::piecewise::{Term, powers};
-use crate::identify::block::regression;
 use crate::interrupt;
+use crate::linear::least_squares::regression;
 
 /// The whitened output, and the filter from a function of the input to it.
 struct Filtered<'a> {
@@ -43,6 +43,27 @@ pub(super) fn select_filtered(
         y: counted(&white, &head.counts),
     };
     data.searched().map(|sweep| sweep.selection(cells))
+}
+
+/// Places evenly by rank, and others between two that are far apart if cells lie there.
+///
+/// Where a controlled input stays only for short times there are few samples, and no place by rank is near a kink.
+fn places(cells: &Cells) -> Vec<f64> {
+    let spacing = 2.0 / FILTERED_PLACES as f64;
+    let mut by_rank = even_knots(cells, FILTERED_PLACES).into_iter().peekable();
+    let mut places = Vec::new();
+    let (mut last, mut cells_since) = (-1.0, 0);
+    for &limit in &cells.lower[1..] {
+        cells_since += 1;
+        let is_by_rank = by_rank.next_if(|place| *place <= limit).is_some();
+        let to = by_rank.peek().copied().unwrap_or(1.0);
+        let is_far = limit - last >= spacing && to - limit >= 0.5 * spacing && cells_since >= CELLS_BETWEEN;
+        if is_by_rank || is_far {
+            places.push(limit);
+            (last, cells_since) = (limit, 0);
+        }
+    }
+    places
 }
 
 /// The samples that count.
@@ -71,7 +92,7 @@ impl Filtered<'_> {
 
     /// Jumps, kinks and cubic knots at searched places.
     fn searched(&self) -> Option<Sweep> {
-        let places = even_knots(self.cells, FILTERED_PLACES);
+        let places = places(self.cells);
         let breakpoints = places
             .iter()
             .flat_map(|at| DEGREES.map(|degree| Term::TruncatedPower { at: *at, degree }));

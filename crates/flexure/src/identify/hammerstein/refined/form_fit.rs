@@ -9,12 +9,12 @@
 
 use super::forms::PhysicalForm;
 use super::limits::{
-    DEPENDENT_NOISE, DIFFERENCE_STEP, FINER_STEP, FINER_STEPS, FORM_GROUPS, FORM_LEVEL, FORM_RIDGE, FORM_STARTS,
-    FORM_STEPS, MOST_DEGREE, SMALLEST_PARAMETER,
+    DEPENDENT_NOISE, DIFFERENCE_STEP, FINER_STEP, FINER_STEPS, FORM_GROUPS, FORM_LEVEL, FORM_STARTS, FORM_STEPS,
+    MOST_DEGREE, SMALLEST_PARAMETER,
 };
 use crate::distributions::{chi_squared_above, chi_squared_quantile};
 use crate::error::{Error, Result};
-use crate::linalg;
+use crate::linear::least_squares::{UnitDiagonal, least_squares, normal_equations};
 use crate::linear::levenberg_marquardt::{Linearisation, minimise};
 use crate::sort;
 
@@ -57,6 +57,10 @@ pub(super) struct PhysicalFormFit {
     pub p_value: f64,
     /// Schwarz's criterion.
     criterion: f64,
+    /// The criterion's price of a parameter.
+    price: f64,
+    /// Whether a form with a single break has the usual name for it.
+    natural: bool,
 }
 
 impl PhysicalFormFit {
@@ -132,27 +136,14 @@ impl Problem<'_> {
         if 2 * counted < weights.len() {
             return None;
         }
-        let n = self.form.names().len() - self.form.searched();
-        let rows: Vec<Vec<f64>> = (self.points.x.iter().zip(&weights))
-            .map(|(x, w)| self.form.functions(searched, *x).iter().map(|f| w * f).collect())
-            .collect();
-        let norm = |i: usize| rows.iter().map(|row| row[i] * row[i]).sum::<f64>();
-        let scale: Vec<f64> = (0..n)
-            .map(|i| if norm(i) > 0.0 { norm(i).sqrt() } else { 1.0 })
-            .collect();
-        let (mut normal, mut rhs) = (vec![0.0; n * n], vec![0.0; n]);
-        for ((row, z), w) in rows.iter().zip(&self.points.value).zip(&weights) {
-            for i in 0..n {
-                rhs[i] += row[i] / scale[i] * w * z;
-                for j in 0..n {
-                    normal[i * n + j] += row[i] * row[j] / (scale[i] * scale[j]);
-                }
-            }
+        let mut columns = vec![Vec::with_capacity(weights.len()); self.form.names().len() - self.form.searched()];
+        for (x, w) in self.points.x.iter().zip(&weights) {
+            let functions = self.form.functions(searched, *x);
+            columns.iter_mut().zip(functions).for_each(|(c, f)| c.push(w * f));
         }
-        (0..n).for_each(|i| normal[i * n + i] += FORM_RIDGE);
-        let c = linalg::solve_positive_definite(&normal, &rhs)?;
-        let linear = c.iter().zip(&scale).map(|(c, s)| c / s);
-        let p: Vec<f64> = searched.iter().copied().chain(linear).collect();
+        let values: Vec<f64> = weights.iter().zip(&self.points.value).map(|(w, z)| w * z).collect();
+        let linear = least_squares(&values, &columns, 0)?.coefficients;
+        let p = [searched, &linear].concat();
         let squares: f64 = self.residuals(&p).iter().map(|r| r * r).sum();
         let share = counted as f64 / weights.len() as f64;
         squares.is_finite().then_some(FittedParameters {
@@ -204,23 +195,35 @@ impl Problem<'_> {
 
     /// Standard errors; infinite where a parameter is not determined. A quantizer's step has none.
     fn errors(&self, p: &[f64]) -> Vec<f64> {
+        let mut errors = vec![f64::INFINITY; p.len()];
         let without = usize::from(self.form == PhysicalForm::Quantizer);
+        errors[..without].fill(0.0);
         let Some(at) = self.linearised(p) else {
-            return vec![f64::INFINITY; p.len()];
+            return errors;
         };
-        let columns = &at.jacobian[without..];
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let norm = |c: &Vec<f64>| dot(c, c).sqrt().max(f64::MIN_POSITIVE);
-        let scale: Vec<f64> = columns.iter().map(norm).collect();
-        let m = columns.len();
-        let entry = |k: usize| dot(&columns[k / m], &columns[k % m]) / (scale[k / m] * scale[k % m]);
-        let normal: Vec<f64> = (0..m * m).map(entry).collect();
-        let inverse = linalg::inverse_positive_definite(&normal, m);
-        let error = |i: usize| match &inverse {
-            Some(v) => v[i * m + i].max(0.0).sqrt() / scale[i],
-            None => f64::INFINITY,
-        };
-        std::iter::repeat_n(0.0, without).chain((0..m).map(error)).collect()
+        let acts = |i: &usize| self.is_seen(p, *i) && at.jacobian[*i].iter().any(|v| *v != 0.0);
+        let free: Vec<usize> = (without..p.len()).filter(acts).collect();
+        let columns: Vec<Vec<f64>> = free.iter().map(|i| at.jacobian[*i].clone()).collect();
+        let system = UnitDiagonal::new(&normal_equations(&at.residuals, &columns, 0));
+        if let Some(inverse) = system.scaled_inverse(0.0) {
+            for (k, i) in free.iter().enumerate() {
+                errors[*i] = inverse[k * free.len() + k].max(0.0).sqrt() / system.scale[k];
+            }
+        }
+        errors
+    }
+
+    /// Whether two values of the input lie beyond a place where the form breaks; a single one does not show it.
+    fn is_seen(&self, p: &[f64], i: usize) -> bool {
+        let x = &self.points.x;
+        !self.form.has_places() || i >= self.form.searched() || (p[i] > x[1] && p[i] < x[x.len() - 2])
+    }
+
+    /// Whether a form that breaks at a low and a high place has both, or else the input 0 between them: a curve with a single break is a
+    /// limit where it is flat away from 0, and a dead zone where it is flat around 0.
+    fn is_natural(&self, p: &[f64]) -> bool {
+        let both = (0..self.form.searched()).all(|i| self.is_seen(p, i));
+        !self.form.has_places() || both || (p[0] <= 0.0 && p[self.form.searched() - 1] >= 0.0)
     }
 }
 
@@ -278,7 +281,7 @@ impl MemoryRemoved {
         let p_value = chi_squared_above(statistic, degrees as f64);
         let counted = weights.iter().filter(|w| **w > 0.0).count() as f64;
         let squares = residuals.iter().map(|r| r * r).sum::<f64>() * weights.len() as f64 / counted;
-        let criterion = squares + p.len() as f64 * self.samples.iter().sum::<f64>().ln();
+        let price = self.samples.iter().sum::<f64>().ln();
         let named = names.into_iter().zip(p.iter().zip(problem.errors(&p)));
         let parameter = |(name, (&value, error))| PhysicalFormParameter { name, value, error };
         Ok(PhysicalFormFit {
@@ -288,19 +291,23 @@ impl MemoryRemoved {
             degrees,
             limit,
             p_value,
-            criterion,
+            criterion: squares + p.len() as f64 * price,
+            price,
+            natural: problem.is_natural(&p),
         })
     }
 
-    /// Of the usual forms that the data do not refute, the one that Schwarz's criterion prefers. The steps of a quantizer may be so many
-    /// that they suit any curve: it counts only where the estimate has a jump.
+    /// Of the usual forms that the data do not refute, the one that Schwarz's criterion prefers; among forms that differ by less than a
+    /// parameter's price, one with the usual name. The steps of a quantizer may be so many that they suit any curve: it counts only where the
+    /// estimate has a jump.
     pub fn sufficient_form(&self, has_jump: bool) -> Option<PhysicalFormFit> {
         let forms = USUAL_FORMS
             .iter()
             .filter(|form| has_jump || **form != PhysicalForm::Quantizer);
         let fits = forms.filter_map(|form| self.fit_form(*form).ok());
+        let rank = |fit: &PhysicalFormFit| fit.criterion + if fit.natural { 0.0 } else { fit.price };
         fits.filter(PhysicalFormFit::holds)
-            .min_by(|a, b| a.criterion.total_cmp(&b.criterion))
+            .min_by(|a, b| rank(a).total_cmp(&rank(b)))
     }
 }
 

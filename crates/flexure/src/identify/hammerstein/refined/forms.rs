@@ -1,5 +1,7 @@
 //! Physical forms of the nonlinearity.
 
+use crate::vectors::dot;
+
 /// A physical form of a nonlinearity; every one also has an offset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PhysicalForm {
@@ -62,6 +64,14 @@ impl PhysicalForm {
         }
     }
 
+    /// Whether the searched parameters are places where the form breaks.
+    pub(super) fn has_places(self) -> bool {
+        matches!(
+            self,
+            PhysicalForm::DeadZone | PhysicalForm::Saturation | PhysicalForm::LimitedDeadZone
+        )
+    }
+
     /// The functions at x; their coefficients are the other parameters.
     pub(super) fn functions(self, searched: &[f64], x: f64) -> Vec<f64> {
         match (self, searched) {
@@ -92,7 +102,7 @@ impl PhysicalForm {
         if functions.len() != coefficients.len() {
             return f64::NAN;
         }
-        functions.iter().zip(coefficients).map(|(f, c)| f * c).sum()
+        dot(&functions, coefficients)
     }
 
     /// The places of the parameters from which on the form is flat, if it is so at both ends.

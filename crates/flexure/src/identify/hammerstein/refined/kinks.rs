@@ -21,6 +21,7 @@ use super::loss::Equations;
 use super::piecewise::Term;
 use crate::interrupt;
 use crate::sort;
+use crate::vectors::dot;
 
 /// The blocks of a minimum, with a jump of coefficient 0 at every kink, and the equations there.
 pub(super) struct WithJumps {
@@ -64,6 +65,14 @@ fn crowds(terms: &[Term]) -> Vec<Vec<Break>> {
     let crowds = places.chunk_by(|a, b| b.at - a.at < CROWDED);
     let are_several = |crowd: &&[Break]| crowd.len() > 1 && crowd.iter().any(|place| place.degree == 1);
     crowds.filter(are_several).map(<[Break]>::to_vec).collect()
+}
+
+/// The terms without which a curve with kinks is straight between them, if it has both.
+fn curved(terms: &[Term]) -> Option<Vec<usize>> {
+    let is_curved = |term: &Term| matches!(term, Term::Power(2..) | Term::TruncatedPower { degree: 2.., .. });
+    let found: Vec<usize> = (0..terms.len()).filter(|i| is_curved(&terms[*i])).collect();
+    let has_kinks = breaks(terms).any(|place| place.degree == 1);
+    (has_kinks && !found.is_empty()).then_some(found)
 }
 
 /// A kink whose place is a parameter.
@@ -149,8 +158,7 @@ impl WithJumps {
 
     /// By how much a step to the minimum of the equations lowers the squared error.
     pub fn expected_fall(&self, step: &[f64]) -> f64 {
-        let terms = step.iter().zip(&self.equations.normal.descent);
-        terms.map(|(step, descent)| step * descent).sum()
+        dot(step, &self.equations.normal.descent)
     }
 }
 
@@ -198,8 +206,9 @@ impl Minimum {
                 };
                 (crowd.iter().map(|place| place.term).collect(), vec![kink])
             });
-            let removed = extended.doubtful(&minimum.terms).into_iter();
-            let removed = removed.map(|term| (vec![term], Vec::new()));
+            let doubtful = extended.doubtful(&minimum.terms).into_iter();
+            let removed = doubtful.map(|term| vec![term]).chain(curved(&minimum.terms));
+            let removed = removed.map(|terms| (terms, Vec::new()));
             for (terms, instead) in merged.chain(removed) {
                 let fewer = (terms.len() - instead.len()) as f64;
                 let Some(other) = minimum.replaced(&terms, &instead, cells, observed) else {

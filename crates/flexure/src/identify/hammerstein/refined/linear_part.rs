@@ -76,6 +76,7 @@ pub(super) fn polynomial_product(p: &[f64], q: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vectors::dot;
 
     fn wave(n: usize, rate: f64) -> Vec<f64> {
         (0..n).map(|i| ((i * i) as f64 * rate).sin()).collect()
@@ -86,7 +87,6 @@ mod tests {
         let (x, y) = (wave(300, 0.013), wave(300, 0.029));
         let experiments = [0..120, 120..121, 121..300];
         let g = LinearPart::new(&[0.5, -0.3, 0.2], &[-1.1, 0.4], 2);
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let forward = dot(&g.filter(&experiments, &x), &y);
         let backward = dot(&x, &g.filter_back(&experiments, &y));
         assert!(

@@ -6,34 +6,31 @@
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use super::blocks::{Blocks, Layout, Observed};
+use super::limits::{CHUNK, ROWS};
 use super::linear_part::{LinearPart, polynomial_product};
 use crate::interrupt;
 use crate::linear::Piece;
-use crate::linear::levenberg_marquardt::NormalEquations;
+use crate::linear::least_squares::NormalEquations;
 use crate::parallel;
-
-/// Samples in a chunk, so that their rows stay in the cache.
-const CHUNK: usize = 256;
-/// Rows of the Jacobian that are added to the equations at a time, which saves passes over the matrix.
-const ROWS: usize = 4;
+use crate::vectors::dot;
 
 /// The normal equations of the prediction error: J is the derivative of the prediction.
-#[derive(Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Equations {
-    pub normal: NormalEquations,
     /// The number of errors.
     pub count: usize,
+    #[serde(flatten)]
+    pub normal: NormalEquations,
 }
 
 impl Equations {
-    /// Adds the equations of other errors; in both, only the lower triangle is computed.
-    fn add(&mut self, other: &Equations) {
+    /// Adds the equations of other errors.
+    pub fn add(&mut self, other: &Equations) {
         self.count += other.count;
-        self.normal.cost += other.normal.cost;
-        let pairs = (self.normal.descent.iter_mut().zip(&other.normal.descent))
-            .chain(self.normal.normal.iter_mut().zip(&other.normal.normal));
-        pairs.for_each(|(sum, more)| *sum += more);
+        self.normal.add(&other.normal);
     }
 
     /// The number of parameters.
@@ -252,10 +249,6 @@ impl<'a> Sensitivities<'a> {
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 /// The equations' sums (the lower triangle of J'J), and rows of the Jacobian with their errors that are still to be added.
 struct Batch {
     sums: Equations,
@@ -268,11 +261,7 @@ impl Batch {
     fn new(parameters: usize) -> Batch {
         Batch {
             sums: Equations {
-                normal: NormalEquations {
-                    cost: 0.0,
-                    descent: vec![0.0; parameters],
-                    normal: vec![0.0; parameters * parameters],
-                },
+                normal: NormalEquations::zero(parameters),
                 count: 0,
             },
             rows: vec![0.0; ROWS * parameters],

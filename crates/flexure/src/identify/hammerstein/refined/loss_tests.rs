@@ -50,7 +50,6 @@ fn the_equations_are_those_of_numerical_derivatives() {
             .map(|(e, _)| *e)
             .collect()
     };
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let e = white(&model);
     assert_eq!(count, e.len());
     assert!((normal.cost - dot(&e, &e)).abs() < 1e-9 * normal.cost);

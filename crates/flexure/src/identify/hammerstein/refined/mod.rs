@@ -63,7 +63,7 @@ use crate::identify::result::{BlockKind, Identification, LinearBlock, StaticBloc
 use crate::identify::run::{Run, path};
 use crate::identify::warning::Warning;
 use crate::interrupt;
-use crate::linear::correlation::mean;
+use crate::linear::correlation::about_mean;
 use crate::model::Block;
 use crate::record::Record;
 use crate::validation::Estimated;
@@ -187,9 +187,8 @@ impl RefinedHammerstein {
         };
         let mut observed = Observed::new(all, memory(linear));
         let cells = Cells::new(observed.u);
-        let mut w: Vec<f64> = observed.u.iter().map(|u| curve.value(*u)).collect();
-        let level = mean(&w);
-        w.iter_mut().for_each(|w| *w -= level);
+        let w: Vec<f64> = observed.u.iter().map(|u| curve.value(*u)).collect();
+        let w = about_mean(&w);
         let start = LinearPart::new(&linear.b()[plain.delay..], &linear.a()[1..], plain.delay);
         let plain_squares = observed.squares(&start.filter(&observed.experiments, &w));
         let input = input_correlations(observed.u);

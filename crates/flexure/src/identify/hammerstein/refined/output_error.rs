@@ -14,7 +14,7 @@ use super::cells::Cells;
 use super::experiments::Experiments;
 use super::limits::POOR;
 use super::linear_part::LinearPart;
-use crate::linear::correlation::mean;
+use crate::linear::correlation::about_mean;
 
 impl RefinedHammerstein {
     /// The minimum from the branch of least output error, if `first` leaves much of the output unexplained and the other leaves less;
@@ -54,12 +54,10 @@ impl RefinedHammerstein {
         let branch = found.system.branches.first()?;
         let transfer = branch.back.transfer_function(0).ok()?;
         let standardised = prepared.inputs.first()?.standardised(u);
-        let mut w: Vec<f64> = standardised
+        let curve = standardised
             .iter()
-            .map(|u| prepared.output.spread * branch.spline.value(*u))
-            .collect();
-        let level = mean(&w);
-        w.iter_mut().for_each(|w| *w -= level);
+            .map(|u| prepared.output.spread * branch.spline.value(*u));
+        let w = about_mean(&curve.collect::<Vec<_>>());
         let method = self.without_noise_model();
         let linear = LinearPart::new(transfer.b(), &transfer.a()[1..], branch.delay);
         let input = input_correlations(u);

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::limits::FREE_POWERS;
 use crate::sort;
+use crate::vectors::{add, dot};
 
 /// A basis function, in the unit coordinate s in [-1, 1].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -224,7 +225,7 @@ impl PiecewiseCubics {
         let (mut values, mut sums) = (vec![0.0; self.size], vec![0.0; self.size]);
         for (s, weight) in points.iter().zip(weights) {
             self.values(self.unit.back(*s), &mut values);
-            sums.iter_mut().zip(&values).for_each(|(sum, v)| *sum += weight * v);
+            add(&mut sums, *weight, &values);
         }
         let total: f64 = weights.iter().sum();
         let means: Vec<f64> = sums.iter().map(|sum| sum / total).collect();
@@ -262,10 +263,7 @@ impl PiecewiseCubics {
 
     /// The one function with these coefficients.
     pub fn combined(&self, c: &[f64]) -> PiecewiseCubics {
-        let table = self
-            .table
-            .chunks_exact(self.size)
-            .map(|row| row.iter().zip(c).map(|(t, c)| t * c).sum());
+        let table = self.table.chunks_exact(self.size).map(|row| dot(row, c));
         PiecewiseCubics {
             unit: self.unit,
             lower: self.lower.clone(),

@@ -11,30 +11,23 @@ use serde::{Deserialize, Serialize};
 use super::super::super::robust;
 use super::super::options::RefinedHammerstein;
 use super::blocks::{Blocks, Observed, uncounted};
+use super::descent::raised;
 use super::experiments::Experiments;
 use super::kinks::{Break, Kink, WithJumps, breaks};
-use super::limits::{
-    DAMPING_AFTER_FALL, DAMPING_AFTER_RISE, FIRST_DAMPING, LEAST_RAISED, LEAST_STEP, MOST_DAMPING, MOST_SUMS,
-};
+use super::limits::{DAMPING_AFTER_FALL, FIRST_DAMPING, LEAST_STEP, MOST_DAMPING, MOST_SUMS};
 use super::loss::Equations;
 use super::{Minimum, RefinedMinimum, warnings};
 use crate::error::{DataError, Error, Result};
 use crate::identify::request::Request;
 use crate::identify::result::Identification;
 use crate::identify::warning::Warning;
-use crate::linear::levenberg_marquardt::NormalEquations;
+use crate::linear::least_squares::NormalEquations;
 use crate::record::Record;
 
 /// The sums over the errors of some samples at one point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ShardSums {
-    /// The number of errors, and the sum of their squares.
-    count: usize,
-    cost: f64,
-    /// J'e and J'J, row by row.
-    descent: Vec<f64>,
-    normal: Vec<f64>,
-}
+#[serde(transparent)]
+pub struct ShardSums(Equations);
 
 impl ShardSums {
     /// Adds those of other samples at the same point.
@@ -42,28 +35,17 @@ impl ShardSums {
     /// # Errors
     /// [`Error::Data`]: `NotSums` for sums of other parameters.
     pub fn merge(&mut self, other: &ShardSums) -> Result<()> {
-        if (self.descent.len(), self.normal.len()) != (other.descent.len(), other.normal.len()) {
+        if !other.are_of(self.0.parameters()) {
             return Err(not_sums("they are of different systems"));
         }
-        self.count += other.count;
-        self.cost += other.cost;
-        let pairs = (self.descent.iter_mut().zip(&other.descent)).chain(self.normal.iter_mut().zip(&other.normal));
-        pairs.for_each(|(sum, more)| *sum += more);
+        self.0.add(&other.0);
         Ok(())
     }
 
-    fn equations(self, parameters: usize) -> Result<Equations> {
-        if (self.descent.len(), self.normal.len()) != (parameters, parameters * parameters) {
-            return Err(not_sums("they are of another system"));
-        }
-        Ok(Equations {
-            normal: NormalEquations {
-                cost: self.cost,
-                descent: self.descent,
-                normal: self.normal,
-            },
-            count: self.count,
-        })
+    /// Whether these are the sums of so many parameters; what was read may be damaged.
+    fn are_of(&self, parameters: usize) -> bool {
+        let NormalEquations { descent, normal, .. } = &self.0.normal;
+        (descent.len(), normal.len()) == (parameters, parameters * parameters)
     }
 }
 
@@ -107,13 +89,7 @@ impl ShardPoint {
         }
         let from = before.max(uncounted(self.memory, length).saturating_sub(first));
         let observed = Observed::shard(u, y, self.output_mean, from);
-        let Equations { normal, count } = self.blocks.equations(&observed, &self.whitening);
-        Ok(ShardSums {
-            count,
-            cost: normal.cost,
-            descent: normal.descent,
-            normal: normal.normal,
-        })
+        Ok(ShardSums(self.blocks.equations(&observed, &self.whitening)))
     }
 }
 
@@ -190,7 +166,10 @@ impl ShardedHammerstein {
     /// # Errors
     /// [`Error::Data`]: `NotSums` for those of another system; `TooShort` where no error counts.
     pub fn advance(&mut self, sums: ShardSums) -> Result<bool> {
-        let equations = sums.equations(self.trial.blocks.layout().len())?;
+        if !sums.are_of(self.trial.blocks.layout().len()) {
+            return Err(not_sums("they are of another system"));
+        }
+        let ShardSums(equations) = sums;
         if equations.count <= equations.parameters() {
             return Err(Error::too_short(
                 "the shards",
@@ -260,11 +239,6 @@ impl ShardedHammerstein {
             .outcome(request, &all, &self.best, self.count(), self.warnings.clone())?;
         robust::warned(result, request)
     }
-}
-
-/// The damping after a step that does not lower the squared error.
-fn raised(damping: f64) -> f64 {
-    (damping * DAMPING_AFTER_RISE).max(LEAST_RAISED)
 }
 
 #[cfg(test)]

@@ -32,6 +32,7 @@ fn summed(point: &ShardPoint, record: &Record, n: usize, cuts: &[usize], reach: 
 
 /// The largest difference of two sums, each entry in units of its parameters' own sums.
 fn difference(a: &ShardSums, b: &ShardSums) -> f64 {
+    let (a, b) = (&a.0.normal, &b.0.normal);
     let n = a.descent.len();
     let size = |i: usize| a.normal[i * n + i].sqrt();
     let cost = (a.cost - b.cost).abs() / a.cost;
@@ -76,7 +77,7 @@ fn the_sums_are_those_of_the_whole_record_however_it_is_cut() {
     let even: Vec<usize> = (1..20).map(|k| k * n / 20).collect();
     for cuts in [&[70_001][..], &[5, 1000, 199_000], &even] {
         let sums = summed(&point, &record, n, cuts, point.reach());
-        assert_eq!(sums.count, whole.count);
+        assert_eq!(sums.0.count, whole.0.count);
         assert!(
             difference(&whole, &sums) < 1e-10,
             "{cuts:?}: {}",
@@ -133,13 +134,11 @@ fn what_does_not_belong_together_is_refused() {
     let record = system().simulate(20_000, 5);
     let mut found = started(&record, 6000);
     let sums = summed(&found.point(), &record, 20_000, &[], 0);
-    let other = ShardSums {
-        descent: vec![0.0; 3],
-        normal: vec![0.0; 9],
-        ..sums.clone()
-    };
+    let mut other = sums.clone();
+    other.0.normal = NormalEquations::zero(3);
     assert!(sums.clone().merge(&other).is_err() && found.advance(other).is_err());
-    let nothing = ShardSums { count: 0, ..sums };
+    let mut nothing = sums;
+    nothing.0.count = 0;
     assert!(found.advance(nothing).is_err());
     let point = found.point();
     let not_finite = point.sums(&[1.0, f64::NAN], &[0.0, 0.0], 40, 0, 100).unwrap_err();

@@ -10,6 +10,7 @@ use super::limits::{
 };
 use super::piecewise::{Term, powers};
 use crate::interrupt;
+use crate::vectors::add;
 
 /// A regression of the cells' values z that is extended term by term.
 ///
@@ -74,7 +75,7 @@ impl<'a> OrthogonalFit<'a> {
             for (q, r) in self.q.iter().zip(&mut r) {
                 let share = cells.dot(q, &v);
                 *r += share;
-                v.iter_mut().zip(q).for_each(|(v, q)| *v -= share * q);
+                add(&mut v, -share, q);
             }
         }
         let rest = cells.dot(&v, &v);
@@ -129,7 +130,7 @@ impl<'a> OrthogonalFit<'a> {
             for k in 0..i {
                 let share = self.r[i][k];
                 let (done, now) = inverse.split_at_mut(i);
-                now[0].iter_mut().zip(&done[k]).for_each(|(a, b)| *a -= share * b);
+                add(&mut now[0], -share, &done[k]);
             }
             let norm = self.r[i][i];
             inverse[i].iter_mut().for_each(|v| *v /= norm);

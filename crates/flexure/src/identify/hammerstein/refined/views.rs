@@ -8,17 +8,20 @@ use super::alternation::{Alternation, Minimum, memory};
 use super::blocks::Observed;
 use super::cells::Cells;
 use super::experiments::Experiments;
-use super::limits::{DEPENDENT_NOISE, HIDDEN, POOR};
+use super::limits::{DEPENDENT_NOISE, HIDDEN, POOR, UNSEEN_START};
+use crate::linear::correlation::variance;
 
 impl RefinedHammerstein {
     /// The best minimum by Schwarz's criterion of the whitened error, among `first` and the results of other searches from there:
     ///
-    /// 1. on filtered functions, if the input is coloured or held;
+    /// 1. on filtered functions, if the input is coloured or held, and on fewer samples, if the unknown initial state still acts on the first
+    ///    ones;
     /// 2. after a minimum of the output error without a noise model, if a pass without that model has a better free run.
     ///
     /// If the free run of the best is poor, and that of the minimum without a noise model is not, the latter is the result.
     pub(super) fn best_of_views(&self, first: Minimum, all: &Experiments, cells: &Cells, input: &[f64]) -> Minimum {
-        let observed = &mut Observed::new(all, memory(&first.blocks.linear.transfer));
+        let observed = &mut Observed::new(all, first.forgetting(all));
+        let starts_later = observed.memory > first.memory;
         let u = observed.u;
         // An alternation that keeps the minimum's orders.
         let onwards = |minimum: &Minimum, method| Alternation {
@@ -35,9 +38,9 @@ impl RefinedHammerstein {
             )
         };
         let mut best = first.on(observed);
-        if best.dependence > DEPENDENT_NOISE {
-            let filtered = onwards(&best, self).minimum(observed);
-            best = better(best, filtered);
+        if best.dependence > DEPENDENT_NOISE || starts_later {
+            let again = onwards(&best, self).minimum(observed);
+            best = better(best, again);
         }
         // Without whitening, the output error is what was minimised.
         if best.whitening.len() < 2 {
@@ -71,6 +74,15 @@ fn better(first: Minimum, other: Option<Minimum>) -> Minimum {
 }
 
 impl Minimum {
+    /// The lags after which the response to an initial state is small against the noise.
+    fn forgetting(&self, all: &Experiments) -> usize {
+        let linear = &self.blocks.linear.transfer;
+        let spread = variance(&all.y[..all.fitted]).sqrt();
+        let share = UNSEEN_START * self.noise() / spread;
+        let forgotten = if share > 0.0 { linear.settling(share) } else { 0 };
+        forgotten.max(memory(linear))
+    }
+
     /// The minimum with its equations on these samples, so that criteria can be compared.
     fn on(self, observed: &mut Observed) -> Minimum {
         observed.complete(&self.blocks.simulated(observed), self.blocks.offset);

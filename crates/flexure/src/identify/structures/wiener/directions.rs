@@ -11,6 +11,7 @@ use super::super::limits::{ROWS_TOGETHER, SLICES, WHITENING_RIDGE};
 use crate::linalg;
 use crate::linear::correlation::{cross_covariance, mean};
 use crate::sort;
+use crate::vectors::dot;
 
 /// Estimates of the impulse response at lags 0 to `lags - 1`, one for every kind of moment, of unit length.
 pub(super) fn directions(u: &[f64], y: &[f64], lags: usize) -> Vec<Vec<f64>> {
@@ -40,8 +41,7 @@ fn second_moment(u: &[f64], weights: &[f64], covariance: &[f64]) -> Vec<f64> {
         for i in 0..lags {
             let weighted: Vec<f64> = (first..last).map(|t| (weights[t] - level) * u[t - i]).collect();
             for j in 0..=i {
-                let products = weighted.iter().zip(&u[first - j..last - j]);
-                sum[i * lags + j] += products.map(|(a, b)| a * b).sum::<f64>();
+                sum[i * lags + j] += dot(&weighted, &u[first - j..last - j]);
             }
         }
     }
@@ -102,7 +102,6 @@ mod tests {
 
     /// The cosine of the angle between two vectors.
     fn alignment(a: &[f64], b: &[f64]) -> f64 {
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         dot(a, b).abs() / (dot(a, a) * dot(b, b)).sqrt()
     }
 

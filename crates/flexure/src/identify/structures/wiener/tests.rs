@@ -3,7 +3,6 @@
 use crate::linear::TransferFunction;
 
 use rand::{RngExt, SeedableRng};
-use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use super::*;
@@ -12,13 +11,9 @@ use crate::identify::result::Value;
 use crate::linear::correlation::{mean, variance};
 use crate::model::Block;
 use crate::record::Record;
+use crate::signal::gaussian;
 use crate::systems::relative_error_after_alignment;
 use crate::validation::FitMeasures;
-
-fn gaussian(n: usize, seed: u64) -> Vec<f64> {
-    let mut rng = Pcg64::seed_from_u64(seed);
-    (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
-}
 
 /// A known system: a linear block, and a function of its standardised output.
 struct Known {

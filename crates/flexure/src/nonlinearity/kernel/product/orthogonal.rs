@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use super::sums::Local;
 use super::{Degree, Product};
+use crate::vectors::dot;
 
 /// If the standard deviation of the points in reach is below this share of the bandwidth in some direction, the points have
 /// no extent in it.
@@ -163,8 +164,4 @@ fn orthogonalise(vector: &mut [f64], columns: &[Column]) -> Vec<f64> {
         }
     }
     share
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

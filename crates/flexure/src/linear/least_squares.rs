@@ -1,19 +1,71 @@
 //! Linear least squares over long columns: inner products in fixed chunks, so that the sums do not depend on the threads, and normal
 //! equations scaled to a unit diagonal.
 
-use super::limits::{CACHE_BLOCK, CHUNK, FIRST_RIDGE, INVERSE_RIDGES, LARGEST_RIDGE};
+use serde::{Deserialize, Serialize};
+
 use crate::linalg;
-use crate::linear::levenberg_marquardt::NormalEquations;
 use crate::parallel;
+use crate::vectors::{add, dot};
+
+/// Samples that a thread takes at a time. It is fixed, so that sums do not depend on the number of threads.
+const CHUNK: usize = 4096;
+/// Samples of all columns that are multiplied at a time, few enough for the processor's cache.
+const CACHE_BLOCK: usize = 256;
+/// Added to a unit diagonal if columns are nearly dependent: from the first (some hundred times rounding) to the largest, each 100 times
+/// the one before.
+const FIRST_RIDGE: f64 = 1e-13;
+const LARGEST_RIDGE: f64 = 1e-3;
+/// How many ridges are tried for an inverse. Convention.
+const INVERSE_RIDGES: usize = 4;
+/// A sum of squares linearised about a point: all that a step needs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct NormalEquations {
+    /// The sum of squares r'r.
+    pub cost: f64,
+    /// -J'r
+    pub descent: Vec<f64>,
+    /// J'J, row-major, both triangles.
+    pub normal: Vec<f64>,
+}
+
+impl NormalEquations {
+    /// Of no samples yet.
+    pub fn zero(parameters: usize) -> NormalEquations {
+        NormalEquations {
+            cost: 0.0,
+            descent: vec![0.0; parameters],
+            normal: vec![0.0; parameters * parameters],
+        }
+    }
+
+    /// Adds those of other samples at the same point.
+    pub fn add(&mut self, other: &NormalEquations) {
+        self.cost += other.cost;
+        add(&mut self.descent, 1.0, &other.descent);
+        add(&mut self.normal, 1.0, &other.normal);
+    }
+
+    /// The equations of the other parameters while this one is fixed.
+    pub fn without(&self, fixed: usize) -> NormalEquations {
+        let n = self.descent.len();
+        let kept = || (0..n).filter(|&i| i != fixed);
+        NormalEquations {
+            cost: self.cost,
+            descent: kept().map(|i| self.descent[i]).collect(),
+            normal: kept()
+                .flat_map(|i| kept().map(move |j| self.normal[i * n + j]))
+                .collect(),
+        }
+    }
+}
 
 /// J'r over the samples from `from` on.
-pub(super) fn inner_products(jacobian: &[Vec<f64>], residuals: &[f64], from: usize) -> Vec<f64> {
-    let dot = |c: &Vec<f64>| c[from..].iter().zip(&residuals[from..]).map(|(c, r)| c * r).sum();
-    parallel::batch(jacobian, dot)
+pub(crate) fn inner_products(jacobian: &[Vec<f64>], residuals: &[f64], from: usize) -> Vec<f64> {
+    parallel::batch(jacobian, |c| dot(&c[from..], &residuals[from..]))
 }
 
 /// J'J, -J'r and r'r over the samples from `from` on.
-pub(in crate::identify) fn normal_equations(residuals: &[f64], jacobian: &[Vec<f64>], from: usize) -> NormalEquations {
+pub(crate) fn normal_equations(residuals: &[f64], jacobian: &[Vec<f64>], from: usize) -> NormalEquations {
     let n = jacobian.len();
     let all: Vec<&[f64]> = jacobian
         .iter()
@@ -27,7 +79,7 @@ pub(in crate::identify) fn normal_equations(residuals: &[f64], jacobian: &[Vec<f
     let size = n + 1;
     let mut sum = vec![0.0; size * size];
     for part in &partial {
-        sum.iter_mut().zip(part).for_each(|(s, p)| *s += p);
+        add(&mut sum, 1.0, part);
     }
     let mut normal = vec![0.0; n * n];
     for i in 0..n {
@@ -43,26 +95,23 @@ pub(in crate::identify) fn normal_equations(residuals: &[f64], jacobian: &[Vec<f
 }
 
 /// Coefficients of columns and the remaining sum of squares.
-pub(in crate::identify) struct LeastSquares {
+pub(crate) struct LeastSquares {
     pub coefficients: Vec<f64>,
     pub squares: f64,
 }
 
 /// The least squares of `y` over the columns from sample `from` on, slightly damped if the columns are nearly dependent.
-pub(in crate::identify) fn least_squares(y: &[f64], columns: &[Vec<f64>], from: usize) -> Option<LeastSquares> {
+pub(crate) fn least_squares(y: &[f64], columns: &[Vec<f64>], from: usize) -> Option<LeastSquares> {
     let equations = regression(y, columns, from);
-    let scaled = UnitDiagonal::new(&equations);
-    let mut ridges = ridges().take_while(|ridge| *ridge < LARGEST_RIDGE);
-    let coefficients = ridges.find_map(|ridge| scaled.solve(&equations.descent, |d| d + ridge))?;
-    let explained = coefficients.iter().zip(&equations.descent).map(|(c, d)| c * d);
+    let coefficients = UnitDiagonal::new(&equations).ridged_solution(&equations.descent)?;
     Some(LeastSquares {
-        squares: equations.cost - explained.sum::<f64>(),
+        squares: equations.cost - dot(&coefficients, &equations.descent),
         coefficients,
     })
 }
 
 /// The normal equations of `y` over the columns from sample `from` on, about the origin of the coefficients.
-pub(in crate::identify) fn regression(y: &[f64], columns: &[Vec<f64>], from: usize) -> NormalEquations {
+pub(crate) fn regression(y: &[f64], columns: &[Vec<f64>], from: usize) -> NormalEquations {
     let minus: Vec<f64> = y.iter().map(|y| -y).collect();
     normal_equations(&minus, columns, from)
 }
@@ -72,7 +121,7 @@ fn ridges() -> impl Iterator<Item = f64> {
 }
 
 /// A normal matrix, scaled to a unit diagonal for a stable factorisation.
-pub(in crate::identify) struct UnitDiagonal {
+pub(crate) struct UnitDiagonal {
     matrix: Vec<f64>,
     pub scale: Vec<f64>,
 }
@@ -102,6 +151,12 @@ impl UnitDiagonal {
         let scaled: Vec<f64> = rhs.iter().zip(&self.scale).map(|(r, s)| r / s).collect();
         let x = linalg::solve_positive_definite(&self.with_diagonal(change), &scaled)?;
         Some(x.iter().zip(&self.scale).map(|(x, s)| x / s).collect())
+    }
+
+    /// The solution with the smallest of the ridges with which there is one.
+    pub fn ridged_solution(&self, rhs: &[f64]) -> Option<Vec<f64>> {
+        let mut ridges = ridges().take_while(|ridge| *ridge < LARGEST_RIDGE);
+        ridges.find_map(|ridge| self.solve(rhs, |d| d + ridge))
     }
 
     /// The inverse of the scaled matrix with a larger diagonal, row-major.
