@@ -37,7 +37,7 @@ impl Stiffness {
 }
 
 /// The transformed product of two signals.
-pub(super) fn product(modulation: &Modulation, a: &[f64], b: &[f64]) -> Lines {
+fn product(modulation: &Modulation, a: &[f64], b: &[f64]) -> Lines {
     modulation.of(&a.iter().zip(b).map(|(a, b)| a * b).collect::<Vec<f64>>())
 }
 

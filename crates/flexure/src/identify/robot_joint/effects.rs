@@ -17,12 +17,16 @@
 //! follows from its equation, which holds at every time.
 
 use super::basis::range;
-use super::clocks::{Stiffness, product};
+use super::clocks::Stiffness;
 use super::equations::Lines;
 use super::joint_signals::{Acting, JointSignals, Velocity};
-use super::limits::{RESOLVED, STEADY_WITHIN, STOP_RADII_OF_ANGLE, STOP_RADII_OF_DEFLECTION, STOPS_ABOVE_NOISE};
+use super::limits::{
+    RESOLVED, STEADY_WITHIN, STOP_RADII_OF_ANGLE, STOP_RADII_OF_DEFLECTION, STOPS_ABOVE_NOISE, TORQUE_RATE,
+};
 use super::motion::Motion;
 use super::outcome::Effect;
+use super::rests::{Rests, rests, silence};
+use super::smooth::Reflected;
 use crate::linalg::Complex;
 
 impl<'a> JointSignals<'a> {
@@ -30,33 +34,61 @@ impl<'a> JointSignals<'a> {
     /// one they are left out.
     pub fn with(mut self, motion: &Motion, link: &[f64], effects: &[Effect], stiffness: Option<&Stiffness>) -> Self {
         let modulation = self.modulation;
+        let motor_resolution = RESOLVED * motion.motor_noise.velocity_sd(motion.step);
+        let rests = Rests::new(
+            rests(
+                &self.v_motor,
+                motor_resolution,
+                motion.motor_noise.cut_off(),
+                motion.step,
+            ),
+            rests(&self.v, self.resolution, motion.link_noise.cut_off(), motion.step),
+        );
+        silence(&mut self.v_motor, &rests.0[0]);
+        silence(&mut self.v, &rests.0[1]);
         let d = &self.deflection.d;
+        self.resting = rests.columns(modulation, motion.torque, d);
         let noise = motion.motor_noise.sd.hypot(motion.link_noise.sd);
         let acting = effects.iter().filter_map(|&effect| {
             let own = |signals: Vec<Vec<f64>>, signs: [f64; 2]| {
-                let column = |lines: Lines| signs.map(|s| (s != 0.0).then(|| times(&lines, s))).into();
+                let column = |(lines, signal): (Lines, &Vec<f64>)| {
+                    let of_bodies = rests.without(modulation, &lines, signal).into_iter().zip(signs);
+                    of_bodies
+                        .map(|(lines, s)| (s != 0.0).then(|| times(&lines, s)))
+                        .collect()
+                };
                 Some(Acting {
                     effect: Some(effect),
-                    columns: modulation.of_all(&signals).into_iter().map(column).collect(),
+                    columns: modulation
+                        .of_all(&signals)
+                        .into_iter()
+                        .zip(&signals)
+                        .map(column)
+                        .collect(),
                     signals,
                 })
             };
             match effect {
                 Effect::EncoderSkew => {
                     let slopes = stiffness?.slopes(d);
-                    let late = |v: &[f64]| Some(times(&product(modulation, &slopes, v), -1.0));
+                    let late = |body: usize, v: &[f64]| {
+                        let torque: Vec<f64> = slopes.iter().zip(v).map(|(slope, v)| -slope * v).collect();
+                        let [motor, link] = rests.without(modulation, &modulation.of(&torque), &torque);
+                        Some(if body == 0 { motor } else { link })
+                    };
                     Some(Acting {
                         effect: Some(effect),
-                        columns: vec![vec![late(&self.v), late(&self.v_motor)]],
+                        columns: vec![vec![late(0, &self.v), late(1, &self.v_motor)]],
                         signals: Vec::new(),
                     })
                 }
                 Effect::Damping => {
-                    let rate = Some(modulation.of_rate(d));
+                    let rate: Vec<f64> = self.v_motor.iter().zip(&self.v).map(|(m, q)| m - q).collect();
+                    let of_bodies = rests.without(modulation, &modulation.of_rate(d), &rate);
                     Some(Acting {
                         effect: Some(effect),
-                        columns: vec![vec![rate.clone(), rate]],
-                        signals: vec![self.v_motor.iter().zip(&self.v).map(|(m, q)| m - q).collect()],
+                        columns: vec![of_bodies.map(Some).into()],
+                        signals: vec![rate],
                     })
                 }
                 Effect::MotorFriction => None,
@@ -84,13 +116,17 @@ impl<'a> JointSignals<'a> {
         self.acting.extend(acting);
         self.motor_velocity = effects.contains(&Effect::MotorFriction).then(|| Velocity {
             v: self.v_motor.clone(),
-            resolution: RESOLVED * motion.motor_noise.velocity_sd(motion.step),
+            resolution: motor_resolution,
         });
+        self.rests = rests;
         self
     }
 
-    /// The same with a further delay of the torque; `rate` is the torque's transformed rate.
-    pub fn delayed(mut self, rate: Lines) -> Self {
+    /// The same with a further delay of the torque.
+    pub fn delayed(mut self, motion: &Motion) -> Self {
+        let rate = Reflected::new(motion.torque, motion.step).velocity(TORQUE_RATE / motion.step);
+        let of_rate = self.modulation.of_rate(motion.torque);
+        let [rate, _] = self.rests.without(self.modulation, &of_rate, &rate);
         self.acting.push(Acting {
             effect: None,
             columns: vec![vec![Some(rate), None]],
@@ -101,7 +137,7 @@ impl<'a> JointSignals<'a> {
 }
 
 /// The stop operator of this radius along a signal, from zero on.
-fn stop(x: &[f64], radius: f64) -> Vec<f64> {
+pub(super) fn stop(x: &[f64], radius: f64) -> Vec<f64> {
     let (mut value, mut before) = (0.0, x.first().copied().unwrap_or(0.0));
     let stopped = x.iter().map(|&x| {
         value = (value + x - before).clamp(-radius, radius);
@@ -113,10 +149,14 @@ fn stop(x: &[f64], radius: f64) -> Vec<f64> {
 
 /// The stop operators of a signal with noise of this standard deviation, with their radii: these shares of half its range.
 fn stops<'x>(x: &'x [f64], shares: &'x [f64], noise: f64) -> impl Iterator<Item = (Vec<f64>, f64)> + 'x {
+    radii(x, shares, noise).map(|radius| (stop(x, radius), radius))
+}
+
+/// The radii of stop operators of a signal with noise of this standard deviation.
+pub(super) fn radii<'x>(x: &[f64], shares: &'x [f64], noise: f64) -> impl Iterator<Item = f64> + use<'x> {
     let [low, high] = range(x);
     let radii = shares.iter().map(move |share| share * 0.5 * (high - low));
-    let above = radii.filter(move |radius| *radius > STOPS_ABOVE_NOISE * noise);
-    above.map(|radius| (stop(x, radius), radius))
+    radii.filter(move |radius| *radius > STOPS_ABOVE_NOISE * noise)
 }
 
 fn times(lines: &[Complex<f64>], factor: f64) -> Lines {

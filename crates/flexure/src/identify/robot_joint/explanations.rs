@@ -46,6 +46,8 @@ pub(super) struct Explained {
 
 /// A joint's log about what is known of its clocks.
 struct About<'a> {
+    /// The effects that may act, in the order of `Effect::ALL`.
+    possible: &'a [Effect],
     motion: &'a Motion<'a>,
     modulation: &'a Modulation,
     link: &'a Reflected,
@@ -109,7 +111,7 @@ impl<'a> About<'a> {
         let joint = JointSignals::new(motion, modulation, torque, &link, &self.kinks);
         let joint = joint.with(motion, &link, effects, self.stiffness.as_ref());
         match delay {
-            true => joint.delayed(modulation.of_rate(motion.torque)),
+            true => joint.delayed(motion),
             false => joint,
         }
     }
@@ -119,7 +121,7 @@ impl<'a> About<'a> {
         let flat = vec![1.0; self.modulation.len()];
         let mut noise = vec![flat, low_frequencies(self.modulation, self.motion.link_noise.band)];
         for pass in 0.. {
-            let joint = self.joint(&Effect::ALL, true);
+            let joint = self.joint(self.possible, true);
             // A motion of few reversals takes a curved friction for a late clock.
             self.clocks.determined &= checks::motion(&joint.v, 0.0).is_none();
             let system = joint.system();
@@ -209,7 +211,7 @@ impl<'a> About<'a> {
             kinks: self.kinks.clone(),
             ..*self
         };
-        let joint = about.joint(&Effect::ALL, !self.clocks.torque_held);
+        let joint = about.joint(self.possible, !self.clocks.torque_held);
         let system = joint.system();
         let splines = system.tested();
         let equations = system.equations(&splines, noise);
@@ -244,7 +246,7 @@ impl<'a> About<'a> {
                 powers(1, 1, -1.0, self.motion.link),
                 powers(2, 0, 1.0, self.motion.motor),
             ],
-            effects: Effect::ALL.into_iter().map(|effect| (effect, own(effect))).collect(),
+            effects: self.possible.iter().map(|&effect| (effect, own(effect))).collect(),
         })
     }
 }
@@ -289,12 +291,13 @@ impl Products {
     }
 }
 
-/// What acts on the joint of a log; `None` if its equations do not determine it.
-pub(super) fn explained(motion: &Motion, modulation: &Modulation) -> Option<Explained> {
+/// Which of the possible effects act on the joint of a log; `None` if its equations do not determine it.
+pub(super) fn explained(motion: &Motion, modulation: &Modulation, possible: &[Effect]) -> Option<Explained> {
     let none = ClockOffset::new(0.0, f64::INFINITY, motion.step);
     // Beside an offset the deflection of a stiff joint is too small for the first pass to find its way.
     let stiff = motion.compliance(modulation).filter(Compliance::is_stiff);
     let mut about = About {
+        possible,
         motion,
         modulation,
         link: &Reflected::new(motion.link, motion.step),
@@ -316,7 +319,7 @@ pub(super) fn explained(motion: &Motion, modulation: &Modulation) -> Option<Expl
         about,
         full,
     };
-    let everything = cases.best(&Effect::ALL)?;
+    let everything = cases.best(possible)?;
     let chosen = cases.chosen(&everything);
     let competing = cases.competing(&chosen, &everything);
     let acting = |effect: &Effect| chosen.effects.contains(effect) || competing.contains(effect);
@@ -358,16 +361,15 @@ struct Cases<'a> {
 impl Cases<'_> {
     /// The smallest set of effects that is not refuted; all of them if every smaller one is.
     fn chosen(&mut self, everything: &Best) -> Best {
-        for size in 0..Effect::ALL.len() {
-            let sets = (0..1_u32 << Effect::ALL.len()).filter(|set| set.count_ones() as usize == size);
+        let possible = self.about.possible;
+        for size in 0..possible.len() {
+            let sets = (0..1_u32 << possible.len()).filter(|set| set.count_ones() as usize == size);
             let members = |set: u32| {
-                Effect::ALL
-                    .into_iter()
-                    .enumerate()
-                    .filter(move |(i, _)| set >> i & 1 == 1)
+                let numbered = possible.iter().enumerate();
+                numbered.filter(move |(i, _)| set >> i & 1 == 1)
             };
             let found: Vec<Best> = sets
-                .filter_map(|set| self.best(&members(set).map(|(_, effect)| effect).collect::<Vec<_>>()))
+                .filter_map(|set| self.best(&members(set).map(|(_, &effect)| effect).collect::<Vec<_>>()))
                 .collect();
             let held = found.into_iter().filter(|best| !self.refuted(best, everything));
             if let Some(best) = held.min_by(|a, b| a.objective.total_cmp(&b.objective)) {
@@ -381,7 +383,7 @@ impl Cases<'_> {
     fn competing(&mut self, chosen: &Best, everything: &Best) -> Vec<Effect> {
         let mut competing = Vec::new();
         for &effect in &chosen.effects {
-            for other in Effect::ALL.into_iter().filter(|e| !chosen.effects.contains(e)) {
+            for &other in self.about.possible.iter().filter(|e| !chosen.effects.contains(e)) {
                 let swap = |&e: &Effect| if e == effect { other } else { e };
                 let swapped: Vec<Effect> = chosen.effects.iter().map(swap).collect();
                 let best = self.best(&swapped);

@@ -7,13 +7,14 @@
 
 use super::checks;
 use super::clock_offset::Clocks;
+use super::effects::radii;
 use super::explanations::{Explained, explained};
 use super::finding::Finding;
 use super::fourier::Modulation;
 use super::free_outcome::{FreeOutcome, torque_band};
 use super::joint_forms::{JointForms, JointPlace};
 use super::joint_signals::JointSignals;
-use super::limits::DISAGREE;
+use super::limits::{DISAGREE, STOP_RADII_OF_ANGLE};
 use super::motion::{self, Motion, modulation_of};
 use super::outcome::{
     Effect, Estimated, FlexibleAxis, IdentifiedCurve, IdentifiedJoint, JointModel, RigidAxis, StiffJoint,
@@ -47,6 +48,15 @@ pub struct FlexibleJoint<'a> {
     pub motor_inertia: Option<f64>,
     /// The level of the bands.
     pub level: f64,
+}
+
+/// A joint by its equations of motion.
+struct ByEquations {
+    axis: FlexibleAxis,
+    /// The motor's inertia by the simulated motion, if that was not known.
+    simulated: Option<Estimated>,
+    /// Whether there is friction with memory, by the simulated motion too.
+    presliding: bool,
 }
 
 impl FlexibleJoint<'_> {
@@ -104,7 +114,15 @@ impl FlexibleJoint<'_> {
     /// The joint by its equations of motion. If its simulated motion determines the motor's inertia better than these, or disagrees with them, the
     /// equations are solved again with that inertia: it decides how the torque divides between motor and spring.
     fn axis(&self, mut motion: Motion, modulation: &Modulation) -> Option<FlexibleAxis> {
-        let (axis, simulated) = self.by_equations(&motion, modulation)?;
+        let mut possible = Effect::ALL.to_vec();
+        let mut found = self.by_equations(&motion, modulation, &possible)?;
+        if !found.presliding {
+            possible.retain(|effect| *effect != Effect::Presliding);
+        }
+        if found.axis.has_presliding() && !found.presliding {
+            found = self.by_equations(&motion, modulation, &possible)?;
+        }
+        let ByEquations { axis, simulated, .. } = found;
         let Some(simulated) = simulated else {
             return Some(axis);
         };
@@ -115,18 +133,18 @@ impl FlexibleJoint<'_> {
             return Some(axis);
         }
         motion.motor_inertia = Some(simulated);
-        match self.by_equations(&motion, modulation) {
-            Some((again, _)) if again.separates_inertias() => Some(FlexibleAxis {
+        match self.by_equations(&motion, modulation, &possible) {
+            Some(again) if again.axis.separates_inertias() => Some(FlexibleAxis {
                 by_equations: Some(equations),
-                ..again
+                ..again.axis
             }),
             _ => Some(axis),
         }
     }
 
-    /// The joint by its equations of motion, and the motor's inertia by its simulated motion, if that was not known.
-    fn by_equations(&self, motion: &Motion, modulation: &Modulation) -> Option<(FlexibleAxis, Option<Estimated>)> {
-        let explained = explained(motion, modulation)?;
+    /// The joint by its equations of motion with some of these effects.
+    fn by_equations(&self, motion: &Motion, modulation: &Modulation, possible: &[Effect]) -> Option<ByEquations> {
+        let explained = explained(motion, modulation, possible)?;
         let clocks = &explained.clocks;
         let link = clocks.link(motion);
         let torque = clocks.torque(modulation, motion);
@@ -141,8 +159,28 @@ impl FlexibleJoint<'_> {
             step: motion.step,
         };
         let unknown = motion.motor_inertia.is_none();
-        let simulated = unknown.then(|| axis.formed()?.simulated_inertia(&log)).flatten();
-        Some((axis, simulated))
+        let presliding = axis.has_presliding() && {
+            let distances = radii(&link, &STOP_RADII_OF_ANGLE, motion.link_noise.sd);
+            let dry = axis
+                .link
+                .friction
+                .by_bic()
+                .into_iter()
+                .find(|form| form.curve.dry_and_other(0.0)[0] > 0.0);
+            let joint = axis.formed().zip(dry).map(|(joint, dry)| FormedJoint {
+                friction: dry.curve.clone(),
+                ..joint
+            });
+            joint.is_some_and(|joint| joint.presliding(&log, distances))
+        };
+        let remembers = axis.effects.contains(&Effect::HystereticSpring);
+        let formed = axis.formed().filter(|_| unknown && !remembers);
+        let simulated = formed.and_then(|joint| joint.simulated_inertia(&log));
+        Some(ByEquations {
+            axis,
+            simulated,
+            presliding,
+        })
     }
 
     /// The axis of motor and link as one body: at the motor, if the joint is stiff apart from its clocks, otherwise at the link.
@@ -382,11 +420,16 @@ impl AxisParts<'_> {
 }
 
 impl FlexibleAxis {
+    /// Whether the equations of motion show friction with memory, which nothing else explains.
+    fn has_presliding(&self) -> bool {
+        let fact = |effect| self.effects.contains(effect) && !self.competing.contains(effect);
+        fact(&Effect::Presliding)
+    }
+
     /// The joint in its best forms; `None` if it cannot be simulated: a torque was clipped, or a spring has a memory.
     fn formed(&self) -> Option<FormedJoint> {
         let clipped = |f: &Finding| matches!(f, Finding::ClippedTorque { .. });
-        let remembers = self.effects.contains(&Effect::HystereticSpring);
-        if !self.separates_inertias() || remembers || self.link.findings.iter().any(clipped) {
+        if !self.separates_inertias() || self.link.findings.iter().any(clipped) {
             return None;
         }
         let curve = |curve: &IdentifiedCurve| curve.simplest().curve.clone();
@@ -398,6 +441,7 @@ impl FlexibleAxis {
             stiffness: curve(&self.stiffness),
             friction: curve(&self.link.friction),
             motor_friction: self.motor_friction.as_ref().map(curve),
+            turns_over: None,
         })
     }
 }

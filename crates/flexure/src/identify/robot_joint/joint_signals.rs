@@ -14,6 +14,7 @@ use super::kinks::{Kinks, with_kinks};
 use super::limits::{MOTOR_ROUNDS, NOISE_ROUNDS, RESOLVED_DEFLECTION};
 use super::motion::Motion;
 use super::outcome::{Effect, Estimated};
+use super::rests::Rests;
 use super::smooth::{Noise, Reflected};
 use super::system::{Curve, CurveKind, FreeCurves, Splines, System, low_frequencies};
 use crate::linalg::Complex;
@@ -47,6 +48,9 @@ pub(super) struct JointSignals<'a> {
     pub variances: [f64; 2],
     /// The other effects, as columns.
     pub acting: Vec<Acting>,
+    /// The times at which motor and link rest, and the columns of the torques on them.
+    pub rests: Rests,
+    pub resting: Vec<Column>,
     /// The motor's velocity, if friction acts there.
     pub motor_velocity: Option<Velocity>,
 }
@@ -111,6 +115,8 @@ impl<'a> JointSignals<'a> {
             known_inertia: motion.motor_inertia.map(|known| known.value),
             modulation,
             acting: Vec::new(),
+            rests: Rests::default(),
+            resting: Vec::new(),
             motor_velocity: None,
         }
     }
@@ -278,7 +284,7 @@ impl<'a> JointSignals<'a> {
         let zero = vec![Complex::new(0.0, 0.0); self.torque.len()];
         let acting = self.acting.iter().flat_map(|acting| acting.columns.iter().cloned());
         let inertias = motor.into_iter().chain([vec![None, Some(self.link.clone())]]);
-        let factors: Vec<Column> = inertias.chain(acting).collect();
+        let factors: Vec<Column> = inertias.chain(acting).chain(self.resting.iter().cloned()).collect();
         let mut curves = vec![
             self.stiffness(vec![1.0, 1.0], noise, link),
             self.friction(vec![0.0, -1.0], link + 1),

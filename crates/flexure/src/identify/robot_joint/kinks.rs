@@ -5,6 +5,7 @@
 use super::joint_signals::JointSignals;
 use super::motion::Motion;
 use super::outcome::Effect;
+use super::rests::{rests, silence};
 use super::smooth::{Noise, Reflected};
 use super::system::{Solved, Splines};
 
@@ -17,16 +18,7 @@ pub(super) fn kinks(
     step: f64,
 ) -> Vec<f64> {
     // A body at rest does not accelerate, whatever the torque that its friction holds.
-    let long = 1.0 / (cut_off * step);
-    let rests = |v: &f64| v.abs() < resolution;
-    let mut start = 0;
-    for run in velocity.chunk_by(|a, b| rests(a) == rests(b)) {
-        let end = start + run.len();
-        if rests(&run[0]) && run.len() as f64 > long {
-            acceleration[start..end].fill(0.0);
-        }
-        start = end;
-    }
+    silence(&mut acceleration, &rests(velocity, resolution, cut_off, step));
     Reflected::new(&acceleration, step).integral_above(cut_off)
 }
 

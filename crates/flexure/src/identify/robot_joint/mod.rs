@@ -75,7 +75,9 @@
 //! | `outcome.rs`, `finding.rs` | the results, with the names of the effects, and what to know before trusting them |
 //! | `replay.rs`, `polish.rs` | the simulated motion of an identified axis; the parameters refined by its error |
 //! | `stretches.rs` | the motor's inertia of a flexible joint from stretches of its simulated motion |
+//! | `presliding.rs` | whether friction turns over a distance, or at once: both are simulated |
 //! | `kinks.rs`, `reversals.rs` | velocities with their kinks where friction jumps; the delay of a torque under a body that sticks |
+//! | `rests.rs` | times at which a body sticks, which say nothing about its friction |
 //! | `prediction.rs` | the torque that another motion of the joint needs |
 
 mod basis;
@@ -110,8 +112,10 @@ mod outcome;
 mod parameters;
 mod polish;
 mod prediction;
+mod presliding;
 mod profile;
 mod replay;
+mod rests;
 mod reversals;
 mod rigid;
 mod smooth;

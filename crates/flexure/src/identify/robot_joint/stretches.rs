@@ -46,13 +46,15 @@ pub(super) struct FormedJoint {
     pub stiffness: ParametricCurve,
     pub friction: ParametricCurve,
     pub motor_friction: Option<ParametricCurve>,
+    /// The distance over which the link's dry friction turns after a reversal, if it does not turn at once.
+    pub turns_over: Option<f64>,
 }
 
 /// The number of the motor's inertia among the inertias and among the parameters.
 const MOTOR: usize = 0;
 
 /// The angles and velocities of motor and link.
-type State = [f64; 4];
+pub(super) type State = [f64; 4];
 
 impl FormedJoint {
     /// The parameters: inertias, damping, gravity and the curves' factors.
@@ -85,9 +87,10 @@ impl FormedJoint {
 
     /// The angles at each sample under this torque. Leapfrog steps; in each one dry friction takes what it can from the velocity, so that a body
     /// that sticks is at rest.
-    fn angles(&self, start: State, torque: &[f64], step: f64, substeps: usize) -> Vec<[f64; 2]> {
+    fn angles(&self, stretch: &Stretch, torque: &[f64], step: f64, substeps: usize) -> Vec<[f64; 2]> {
         let h = step / substeps as f64;
-        let [mut motor, mut link, mut v_motor, mut v] = start;
+        let [mut motor, mut link, mut v_motor, mut v] = stretch.start;
+        let mut turned = stretch.turned;
         // Dry friction is proportional to the velocity within a small width, which is solved for.
         let after = |v: f64, force: f64, dry: f64, width: f64, inertia: f64| {
             let (free, taken) = (v + h * force / inertia, h * dry.max(0.0) / inertia);
@@ -102,7 +105,12 @@ impl FormedJoint {
                 (motor, link) = (motor + 0.5 * h * v_motor, link + 0.5 * h * v);
                 let spring = self.stiffness.value(motor - link) + self.damping.map_or(0.0, |c| c * (v_motor - v));
                 let gravity = self.gravity.map_or(0.0, |[c, s]| c * link.cos() + s * link.sin());
-                let [dry, other] = self.friction.dry_and_other(v);
+                let [mut dry, mut other] = self.friction.dry_and_other(v);
+                if let Some(distance) = self.turns_over {
+                    turned = (turned + h * v).clamp(-distance, distance);
+                    other += dry * turned / distance;
+                    dry = 0.0;
+                }
                 let at_motor = self.motor_friction.as_ref();
                 let [dry_motor, other_motor] = at_motor.map_or([0.0; 2], |curve| curve.dry_and_other(v_motor));
                 v_motor = after(
@@ -142,6 +150,13 @@ impl FormedJoint {
 
     /// The motor's inertia with which the simulated stretches are nearest to the log; `None` if these do not determine it.
     pub fn simulated_inertia(&self, log: &Logged) -> Option<Estimated> {
+        let (search, stretches) = self.search(log);
+        let nearest = search.nearest(self.clone(), stretches, POLISH_ROUNDS)?;
+        Some(nearest.motor_inertia)
+    }
+
+    /// The search for the joint whose simulated stretches are nearest to the log, with these stretches.
+    pub fn search<'a>(&self, log: &'a Logged<'a>) -> (Search<'a>, Vec<Stretch>) {
         let deflection = mean_square(&log.deflection()).sqrt();
         let length = self.length(log, deflection);
         let count = log.torque.len() / length;
@@ -153,6 +168,7 @@ impl FormedJoint {
         let stretches = (0..count).step_by(every).map(|i| Stretch {
             first: i * length,
             start: start(i * length),
+            turned: 0.0,
         });
         let velocity = mean_square(log.velocities[0]).sqrt();
         let search = Search {
@@ -162,15 +178,26 @@ impl FormedJoint {
             sizes: self.sizes(log),
             state_sizes: [deflection, deflection, velocity, velocity],
         };
-        search.motor_inertia(self.clone(), stretches.collect())
+        (search, stretches.collect())
     }
 }
 
-/// A stretch: its first sample, and its initial state.
+/// A stretch: its first sample, its initial state, and how far the friction has turned there.
 #[derive(Clone, Copy)]
-struct Stretch {
-    first: usize,
-    start: State,
+pub(super) struct Stretch {
+    pub first: usize,
+    pub start: State,
+    pub turned: f64,
+}
+
+/// The joint with the smallest errors that a search found.
+pub(super) struct Nearest {
+    pub joint: FormedJoint,
+    pub stretches: Vec<Stretch>,
+    pub motor_inertia: Estimated,
+    /// The size of the errors, and what makes them uncorrelated and of size one.
+    pub size: f64,
+    pub white: Whitening,
 }
 
 /// The equations of a Gauss-Newton step in one stretch.
@@ -224,9 +251,9 @@ impl Total {
 }
 
 /// The lower triangular matrix that makes the errors of motor and link uncorrelated and of size one.
-type Whitening = [[f64; 2]; 2];
+pub(super) type Whitening = [[f64; 2]; 2];
 
-struct Search<'a> {
+pub(super) struct Search<'a> {
     log: &'a Logged<'a>,
     length: usize,
     substeps: usize,
@@ -241,10 +268,10 @@ impl Search<'_> {
     }
 
     /// The whitened errors of a stretch.
-    fn errors(&self, joint: &FormedJoint, stretch: &Stretch, white: &Whitening) -> Vec<f64> {
+    pub fn errors(&self, joint: &FormedJoint, stretch: &Stretch, white: &Whitening) -> Vec<f64> {
         let range = stretch.first..stretch.first + self.length;
         let torque = &self.log.torque[range.clone()];
-        let angles = joint.angles(stretch.start, torque, self.log.step, self.substeps);
+        let angles = joint.angles(stretch, torque, self.log.step, self.substeps);
         let error = |(i, [motor, link]): (usize, [f64; 2])| {
             let (motor, link) = (motor - self.log.motor[i], link - self.log.link[i]);
             [white[0][0] * motor, white[1][0] * motor + white[1][1] * link]
@@ -316,9 +343,9 @@ impl Search<'_> {
         stretches.iter().zip(locals).map(moved).collect()
     }
 
-    /// The motor's inertia by Gauss-Newton steps from this joint and these states: that with the smallest determinant of the errors' mean products (the
+    /// The joint by Gauss-Newton steps from this joint and these states: that with the smallest determinant of the errors' mean products (the
     /// likelihood of errors of unknown size; Bard 1974).
-    fn motor_inertia(&self, mut joint: FormedJoint, mut stretches: Vec<Stretch>) -> Option<Estimated> {
+    pub fn nearest(&self, mut joint: FormedJoint, mut stretches: Vec<Stretch>, rounds: usize) -> Option<Nearest> {
         let free = self.free();
         let mut white = [[1.0, 0.0], [0.0, 1.0]];
         // First the initial states alone.
@@ -328,7 +355,7 @@ impl Search<'_> {
             stretches = self.moved(&stretches, &locals, &[]);
         }
         let (mut best, mut smallest, mut since) = (None, f64::INFINITY, 0);
-        for _ in 0..POLISH_ROUNDS {
+        for _ in 0..rounds {
             // After a step that is too long, the joint may run away.
             let Some(locals) = self.locals(&joint, &stretches, &white) else {
                 break;
@@ -348,9 +375,15 @@ impl Search<'_> {
                     break;
                 };
                 smallest = size;
-                best = Some(Estimated {
-                    value: joint.inertias[MOTOR],
-                    standard_error: error * self.sizes[MOTOR],
+                best = Some(Nearest {
+                    joint: joint.clone(),
+                    stretches: stretches.clone(),
+                    motor_inertia: Estimated {
+                        value: joint.inertias[MOTOR],
+                        standard_error: error * self.sizes[MOTOR],
+                    },
+                    size,
+                    white,
                 });
             }
             if since == IDLE_ROUNDS {

@@ -10,6 +10,7 @@ use crate::manipulator::{Arm, Drive, JointKind, SimulationOptions, simulate, spa
 
 mod bad_logs;
 mod prediction;
+mod presliding;
 mod reversals;
 mod stiff;
 mod stretches;
