@@ -68,6 +68,17 @@ impl PhysicalFormFit {
     pub fn holds(&self) -> bool {
         self.statistic <= self.limit
     }
+
+    /// The places where the form breaks, those that the data determine.
+    pub fn places(&self) -> Vec<f64> {
+        let searched = if self.form.has_places() {
+            self.form.searched()
+        } else {
+            0
+        };
+        let seen = self.parameters[..searched].iter().filter(|p| p.error.is_finite());
+        seen.map(|p| p.value).collect()
+    }
 }
 
 /// The forms that are tried where none is asked for.

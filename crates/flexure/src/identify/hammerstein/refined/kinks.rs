@@ -257,7 +257,13 @@ impl Minimum {
     }
 
     /// The minimum with other terms instead of some; `None` where no nonlinearity is left.
-    fn replaced(&self, gone: &[usize], instead: &[Term], cells: &Cells, observed: &Observed) -> Option<PlacedKinks> {
+    pub fn replaced(
+        &self,
+        gone: &[usize],
+        instead: &[Term],
+        cells: &Cells,
+        observed: &Observed,
+    ) -> Option<PlacedKinks> {
         let kept = self.terms.iter().enumerate().filter(|(i, _)| !gone.contains(i));
         let terms: Vec<Term> = kept.map(|(_, term)| *term).chain(instead.iter().copied()).collect();
         let phi = self.blocks.nonlinearity();

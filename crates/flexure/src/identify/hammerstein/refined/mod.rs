@@ -16,7 +16,7 @@
 //! | changes of delay and order, each fitted; after one, steps 3 to 5 again | `structure.rs` |
 //! | if the free run is poor, steps 3 to 5 again from the branch of least output error | `output_error.rs` |
 //! | from the minimum, steps 3 to 5 again on filtered functions, and without whitening | `views.rs` |
-//! | the places of kinks as parameters | `kinks.rs` |
+//! | the places of kinks as parameters; those of a usual form | `kinks.rs`, `by_form.rs` |
 //! | 6. calibration and standard errors | `calibrated.rs` |
 //! | on request, a physical form of phi with a test | `forms.rs`, `form_fit.rs` |
 //! | 5 and 6 over shards of a record that is larger than memory | `sharded.rs` |
@@ -30,6 +30,7 @@
 mod alternation;
 mod basis;
 mod blocks;
+mod by_form;
 mod calibrated;
 mod cells;
 mod descent;
@@ -207,7 +208,8 @@ impl RefinedHammerstein {
         let minimum = self.best_of_views(minimum, all, &cells, &input);
         let observed = &mut Observed::new(all, minimum.memory);
         observed.complete(&minimum.blocks.simulated(observed), minimum.blocks.offset);
-        let PlacedKinks { minimum, extended } = minimum.with_kinks_placed(&cells, observed);
+        let placed = minimum.with_kinks_placed(&cells, observed);
+        let PlacedKinks { minimum, extended } = placed.or_of_a_form(&cells, observed);
         let start = minimum.blocks.linear.clone();
         let minimum = Alternation::new(&cells, self, &input, Vec::new(), start).renewed(minimum, observed);
         let output_mean = observed.output_mean;
