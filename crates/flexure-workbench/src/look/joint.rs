@@ -7,7 +7,10 @@ use flexure_io::RecordFile;
 
 use super::Request;
 use super::joint_trial::{Assumed, Failure, Joint, trial};
-use super::roles::{Role, is_force_constant, is_neutral, is_prismatic, is_torque, is_torque_constant, role};
+use super::roles::{
+    Role, are_of_a_joint, is_force_constant, is_neutral, is_prismatic, is_torque, is_torque_constant, role,
+    role_with_unit,
+};
 use super::suggestion::Suggestion;
 use crate::joints::{in_unit, written_ratio};
 use crate::text::quoted;
@@ -31,7 +34,7 @@ pub(super) enum Outcome {
 /// Suggests `flexure joint` if the names say that the record is of a joint, or if a position integrates a torque. The command is tried if
 /// the samples are evenly spaced.
 pub(super) fn suggestion(file: &RecordFile, request: &Request, look: &Look, sample_time: Option<f64>) -> Outcome {
-    let joints = joints(request, look);
+    let joints = joints(file, request, look);
     let Some(&first) = joints.first() else {
         return Outcome::None;
     };
@@ -181,7 +184,7 @@ impl<'a> Command<'a> {
             None => command.complete_rigid(file, look, first),
         }
         if tried.len() == 1 && found > 1 {
-            let joints = joints(request, look);
+            let joints = joints(file, request, look);
             let others = joints.iter().map(|j| j.torque).filter(|torque| *torque != first.torque);
             command.others = others.map(str::to_owned).collect();
         }
@@ -311,41 +314,48 @@ fn integration(look: &Look, joint: &Joint) -> bool {
     (look.integrations.iter()).any(|i| name(i.input) == joint.torque && positions.contains(&Some(name(i.output))))
 }
 
-/// The joints of a record: from the user's choice, then from the names of the columns, then from a position that integrates a torque.
-fn joints<'a>(request: &Request<'a>, look: &'a Look) -> Vec<Joint<'a>> {
+/// The joints of a record: from the user's choice, then from names and units of the columns, then from a position that integrates a torque.
+fn joints<'a>(file: &RecordFile, request: &Request<'a>, look: &'a Look) -> Vec<Joint<'a>> {
+    let named = named_joints(file, look);
     if !request.inputs.is_empty() || request.output.is_some() {
-        return given_joint(request, look).into_iter().collect();
+        return given_joint(request, look, &named).into_iter().collect();
     }
-    let named = named_joints(look);
     match named.is_empty() {
         true => integrating_joint(look).into_iter().collect(),
         false => named,
     }
 }
 
-/// The joint that the user names, if its position integrates its torque.
-fn given_joint<'a>(request: &Request<'a>, look: &Look) -> Option<Joint<'a>> {
+/// The joint that the user names: one of these, or one whose position integrates its torque.
+fn given_joint<'a>(request: &Request<'a>, look: &'a Look, named: &[Joint<'a>]) -> Option<Joint<'a>> {
     let (&[torque], Some(position)) = (request.inputs, request.output) else {
         return None;
     };
+    let is_meant =
+        |joint: &&Joint| joint.torque == torque && [Some(joint.position), joint.motor].contains(&Some(position));
     let joint = Joint {
         torque,
         position,
         motor: None,
     };
-    integration(look, &joint).then_some(joint)
+    named
+        .iter()
+        .find(is_meant)
+        .copied()
+        .or_else(|| integration(look, &joint).then_some(joint))
 }
 
-/// The joints that the names of the columns tell.
-fn named_joints(look: &Look) -> Vec<Joint<'_>> {
+/// The joints that the names and the units of the columns tell.
+fn named_joints<'a>(file: &RecordFile, look: &'a Look) -> Vec<Joint<'a>> {
     let name = |i: usize| look.columns[i].name.as_str();
+    let role = |i: usize| role_with_unit(name(i), file.unit(name(i)));
     let is_signal = |i: &usize| Some(*i) != look.time && look.columns[*i].is_signal();
     let signals: Vec<usize> = (0..look.columns.len()).filter(is_signal).collect();
     let named = |wanted: Role, number: &str| {
-        let says = |i: &usize| role(name(*i)) == Some((wanted, number));
+        let says = |i: &usize| role(*i) == Some((wanted, number));
         signals.iter().copied().find(says).map(name)
     };
-    let torques = signals.iter().filter_map(|&i| match role(name(i)) {
+    let torques = signals.iter().filter_map(|&i| match role(i) {
         Some((Role::Torque, number)) => Some((name(i), number)),
         _ => None,
     });
@@ -359,7 +369,10 @@ fn named_joints(look: &Look) -> Vec<Joint<'_>> {
             })
         })
         // A force and a position may belong to any mechanism with a spring.
-        .filter(|joint| joint.motor.is_some() || is_torque(joint.torque) || integration(look, joint))
+        .filter(|joint| {
+            let have_units = are_of_a_joint(file.unit(joint.position), file.unit(joint.torque));
+            joint.motor.is_some() || is_torque(joint.torque) || have_units || integration(look, joint)
+        })
         .collect()
 }
 

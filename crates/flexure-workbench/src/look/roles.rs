@@ -167,6 +167,36 @@ pub fn role(name: &str) -> Option<(Role, &str)> {
     Some((if is_target { Role::Reference } else { *role }, number))
 }
 
+/// Units of angles and of what drives a joint.
+const ANGLES: [&str; 4] = ["rad", "mrad", "deg", "°"];
+const DRIVES: [&str; 4] = ["N m", "Nm", "mNm", "A"];
+
+/// The meaning of a name; if it says nothing, what the unit and the words around the quantity say: `motor_rad` is a motor's angle,
+/// `Istwert_Grad` in deg a position, `Sollwert` in deg its target, `Strom_A` drives it.
+pub fn role_with_unit<'a>(name: &'a str, unit: Option<&str>) -> Option<(Role, &'a str)> {
+    let by_unit = || {
+        let words: Vec<String> = words_of(without_unit(name))
+            .into_iter()
+            .map(str::to_lowercase)
+            .collect();
+        let has = |of: &[&str]| words.iter().any(|word| of.contains(&word.as_str()));
+        let role = match unit? {
+            unit if DRIVES.contains(&unit) => Role::Torque,
+            unit if !ANGLES.contains(&unit) => return None,
+            _ if has(&COMMANDED) || is_setpoint(name) => Role::Reference,
+            _ if has(&["motor"]) => Role::MotorPosition,
+            _ => Role::Position,
+        };
+        Some((role, Quantity::of(without_unit(name)).number))
+    };
+    role(name).or_else(by_unit)
+}
+
+/// Whether the units are those of an angle and of what drives a joint.
+pub fn are_of_a_joint(position: Option<&str>, torque: Option<&str>) -> bool {
+    position.is_some_and(|unit| ANGLES.contains(&unit)) && torque.is_some_and(|unit| DRIVES.contains(&unit))
+}
+
 /// A name without a unit at its end.
 fn without_unit(name: &str) -> &str {
     unit_at_end(name).map_or(name, |(base, _)| base)
@@ -310,6 +340,18 @@ mod tests {
                 && !is_setpoint("flow_cmd")
         );
         assert!(is_torque("tau_Nm") && is_torque("motor_trq") && !is_torque("force_N"));
+        for (name, unit, expected) in [
+            ("motor_rad", Some("rad"), Some((Role::MotorPosition, ""))),
+            ("load_rad", Some("rad"), Some((Role::Position, ""))),
+            ("Istwert_Grad", Some("deg"), Some((Role::Position, ""))),
+            ("Sollwert_Grad", Some("deg"), Some((Role::Reference, ""))),
+            ("tau_Nm", Some("rad"), Some((Role::Torque, ""))),
+            ("Strom_A", Some("A"), Some((Role::Torque, ""))),
+            ("load_kg", Some("kg"), None),
+            ("load", None, None),
+        ] {
+            assert_eq!(role_with_unit(name, unit), expected, "{name}");
+        }
         assert!(is_torque_constant("gtau") && is_torque_constant("Torque_constant") && !is_torque_constant("kp"));
     }
 }

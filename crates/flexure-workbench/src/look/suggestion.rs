@@ -318,8 +318,8 @@ impl<'a> Order<'a> {
         };
         let inputs: Vec<usize> = self.usable.iter().copied().filter(is_input).collect();
         if inputs.is_empty() {
-            let cause = self.dependences().find(|d| d.effect == output).map(|d| d.cause);
-            return cause.into_iter().collect();
+            let causes = self.dependences().filter(|d| d.effect == output).map(|d| d.cause);
+            return causes.filter(|cause| self.usable.contains(cause)).take(1).collect();
         }
         inputs
     }
