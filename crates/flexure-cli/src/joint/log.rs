@@ -221,6 +221,7 @@ impl Columns {
             }
             Ok(samples.iter().map(|v| v * by).collect())
         };
+        self.note_of_units(file, arguments)?;
         let [angle, rate, effort] =
             [Quantity::Angle, Quantity::Rate, Quantity::Effort].map(|quantity| quantity.unit(arguments.prismatic));
         let before_gear = 1.0 / arguments.gear_ratio;
@@ -241,6 +242,24 @@ impl Columns {
             axes,
             columns: self.names(),
         })
+    }
+
+    /// Says of torques in A or V that they are taken as torques.
+    fn note_of_units(&self, file: &RecordFile, arguments: &Arguments) -> Result<()> {
+        if arguments.torque_constant.value(file, "torque-constant")? != 1.0 {
+            return Ok(());
+        }
+        let effort = if arguments.prismatic { "N" } else { "N m" };
+        for torque in &self.torque {
+            if let Some(unit @ ("A" | "mA" | "V")) = file.unit(file.meant(torque)) {
+                print_note(&format!(
+                    "note: {}: '{torque}' is in {unit}, and 1 {unit} is taken as 1 {effort}: give the {effort} for each {unit} by --torque-constant, \
+                     or multiply inertia, friction and stiffness by it",
+                    file.name()
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// The names of the columns in the file by those of the library.
