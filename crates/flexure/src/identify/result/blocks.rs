@@ -7,6 +7,11 @@ use crate::model::{FeedbackModel, LoopInput, LoopOutput, NarxModel, VolterraMode
 use crate::nonlinearity::{Curve, Surface};
 use crate::text::{counted, joined, number, with_error};
 
+/// A kink with a larger standard error, as a share of the curve's range, is not named: a smooth curve may have it. Convention.
+const VAGUE: f64 = 0.1;
+/// An end nearer to zero, as a share of the curve's range, is zero to rounding.
+const ROUNDING: f64 = 1e-12;
+
 /// Blocks in series.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Path {
@@ -206,20 +211,23 @@ impl StaticBlock {
     }
 
     fn describe_spline(&mut self) {
-        let end = |x: Option<&f64>| x.map_or_else(String::new, |x| number(*x));
+        let [low, high] = [self.breakpoints.first(), self.breakpoints.last()].map(|x| x.copied().unwrap_or_default());
+        let range = high - low;
         self.description = format!(
             "cubic spline of {} on [{}, {}]{}",
             counted(self.pieces(), "piece"),
-            end(self.breakpoints.first()),
-            end(self.breakpoints.last()),
-            places(&self.kinks, &self.kink_errors)
+            end(low, range),
+            end(high, range),
+            places(&self.kinks, &self.kink_errors, range)
         );
     }
 
     /// A curve by an estimator of this name.
     pub fn new(curve: Curve, estimator: &str) -> Self {
         let x = curve.x();
-        let description = format!("{estimator} on [{}, {}]", number(x[0]), number(x[x.len() - 1]));
+        let (low, high) = (x[0], x[x.len() - 1]);
+        let [low, high] = [low, high].map(|x| end(x, high - low));
+        let description = format!("{estimator} on [{low}, {high}]");
         StaticBlock {
             curve,
             band: Vec::new(),
@@ -243,14 +251,19 @@ impl StaticBlock {
     }
 }
 
+/// An end of a curve on a range of this size.
+fn end(x: f64, range: f64) -> String {
+    number(if x.abs() < ROUNDING * range { 0.0 } else { x })
+}
+
 /// The places of the kinks, as a continuation of the description of a spline.
-fn places(kinks: &[f64], errors: &[f64]) -> String {
-    let place = |(i, at): (usize, &f64)| {
-        errors
-            .get(i)
-            .map_or_else(|| number(*at), |error| with_error(*at, *error))
+fn places(kinks: &[f64], errors: &[f64], range: f64) -> String {
+    let place = |(i, at): (usize, &f64)| match errors.get(i) {
+        Some(error) if *error > VAGUE * range => None,
+        Some(error) => Some(with_error(*at, *error)),
+        None => Some(number(*at)),
     };
-    let places: Vec<String> = kinks.iter().enumerate().map(place).collect();
+    let places: Vec<String> = kinks.iter().enumerate().filter_map(place).collect();
     match places.as_slice() {
         [] => String::new(),
         [one] => format!(", kink at {one}"),
