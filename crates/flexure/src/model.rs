@@ -84,6 +84,17 @@ impl Block {
         }))
     }
 
+    /// Whether it has a loop whose linear part is unstable by itself ([`FeedbackModel::is_unstable_alone`]).
+    pub fn has_unstable_loop(&self) -> bool {
+        match self {
+            Block::Feedback(model) => model.is_unstable_alone(),
+            Block::Series(blocks) | Block::Parallel(blocks) | Block::Inputs(blocks) => {
+                blocks.iter().any(Block::has_unstable_loop)
+            }
+            _ => false,
+        }
+    }
+
     /// The number of inputs.
     pub fn inputs(&self) -> usize {
         match self {

@@ -50,6 +50,8 @@ pub struct Judged {
     within: Option<Verdict>,
     /// Whether the model was identified from this very record.
     pub seen: bool,
+    /// Whether the model has a loop that may run away, and explains nothing.
+    may_have_run_away: bool,
     /// Outliers of the error.
     outliers: Outliers,
     /// The output's unit; empty where it is not known.
@@ -148,6 +150,7 @@ impl Judged {
         };
         let labels = Labels::new(file);
         Ok(Judged {
+            may_have_run_away: !(verdict.measures.fit_percent > 0.0) && model.block.has_unstable_loop(),
             verdict: verdict.clone(),
             within: within.filter(|within| within.residuals.is_some()),
             seen: model.was_identified_from(&mark),
@@ -243,6 +246,13 @@ impl Judged {
             ),
         );
         lines.item("free run", self.free.description());
+        if self.may_have_run_away {
+            lines.warning(
+                "the linear part of the model's loop is unstable by itself: from a wrong initial state, the free run may leave the data for good. \
+                 Cut off the start of the record (flexure prepare --cut) and validate again; if the fit stays as low, identify another structure"
+                    .to_owned(),
+            );
+        }
         self.write_tests(&mut lines);
         if let Some(warning) = self.outliers.sentence() {
             lines.warning(warning);

@@ -179,6 +179,12 @@ impl FeedbackModel {
         LoopStep { output: y, entering: z }
     }
 
+    /// Whether the linear part is unstable without the nonlinearity. From a wrong initial state, such a loop may never come back to the data.
+    pub fn is_unstable_alone(&self) -> bool {
+        let around = self.transfer_function(LoopInput::Nonlinearity, LoopOutput::Nonlinearity);
+        around.is_ok_and(|around| !around.is_stable_or_integrates())
+    }
+
     /// The transfer function of the linear part between two of its signals.
     ///
     /// # Errors
