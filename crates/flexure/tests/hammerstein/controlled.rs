@@ -74,8 +74,8 @@ impl Loop {
             y.push(measured);
             let acting = (k + 1).checked_sub(self.dead_time).map_or(0.0, |k| u[k]);
             let power = acting.clamp(self.low, self.high) - self.low;
-            second = fast * second + (1.0 - fast) * first;
             first = slow * first + (1.0 - slow) * power;
+            second = fast * second + (1.0 - fast) * first;
         }
         record(u, y)
     }
@@ -130,7 +130,7 @@ fn no_part_of_the_controller_is_in_the_model() {
         let error = (2000..u.len()).map(|k| (run[k] - y[k]).powi(2)).sum::<f64>() / (u.len() - 2000) as f64;
         assert!(error.sqrt() < 0.13, "{seed}: {error}");
     }
-    // In some records, noise hides the first coefficient that does not exist.
+    // In other records, nothing had to be done.
     assert!(told >= 3, "{told}");
 }
 

@@ -16,7 +16,7 @@ use super::blocks::{Blocks, Observed};
 use super::calibrated::Covariance;
 use super::cells::Cells;
 use super::descent::{admissible, descend, step};
-use super::limits::{CROWDED, FIRST_DAMPING, KINK_MOVES, LEAST_FALL, SEARCHED_COST, SHARES_OF_STEP, STEPS};
+use super::limits::{CLEARLY, CROWDED, FIRST_DAMPING, KINK_MOVES, LEAST_FALL, SEARCHED_COST, SHARES_OF_STEP, STEPS};
 use super::loss::Equations;
 use super::piecewise::Term;
 use crate::interrupt;
@@ -126,12 +126,15 @@ impl WithJumps {
         (error.is_finite() && error > 0.0).then_some(error)
     }
 
-    /// Terms that a kink at its best place may replace: the jumps next to a kink, and the kinks whose places are not determined.
+    /// Terms that a kink at its best place may replace: the jumps next to a kink, and the kinks that are not clearly apart from the next
+    /// breakpoint or end.
     fn doubtful(&self, terms: &[Term]) -> Vec<usize> {
         let mut places: Vec<Break> = breaks(terms).collect();
         sort::by_key(&mut places, |place| place.at);
         let is_kink = |i: Option<usize>| i.and_then(|i| places.get(i)).is_some_and(|place| place.degree == 1);
-        let is_placed = |place: &Break| self.kinks.iter().any(|kink| kink.term == place.term);
+        let is_clear =
+            |kink: &Kink| (self.place_error(kink)).is_some_and(|error| CLEARLY * error < clearance(terms, kink));
+        let is_placed = |place: &Break| (self.kinks.iter()).any(|kink| kink.term == place.term && is_clear(kink));
         let doubtful = |i: usize| match places[i].degree {
             0 => is_kink(i.checked_sub(1)) || is_kink(Some(i + 1)),
             1 => !is_placed(&places[i]),

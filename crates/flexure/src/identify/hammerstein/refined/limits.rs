@@ -137,6 +137,8 @@ pub(super) const MOST_SUMS: usize = 20;
 
 /// Kinks: one nearer than this to another breakpoint, in the unit coordinate, may be superfluous. Convention: a tenth of the input's range.
 pub(super) const CROWDED: f64 = 0.2;
+/// Kinks: one that is fewer standard errors from the next breakpoint or end is removed on trial. Convention.
+pub(super) const CLEARLY: f64 = 5.0;
 /// Kinks: moves of all kinks at once. Convention; each is a Gauss-Newton step, and the start is near.
 pub(super) const KINK_MOVES: usize = 12;
 /// Kinks: the shares of a step that are tried until the error falls. Convention.
