@@ -264,10 +264,10 @@ pub const FEWEST_IN_RUN: usize = 60;
 pub const SIMULATED_SAMPLES: usize = 20_000;
 /// Rounds for friction that turns at once, and for that which turns over a distance. Convention.
 pub const PRESLIDING_ROUNDS: usize = 6;
-/// Friction turns over a distance if that lowers the logarithm of a stretch's mean square error by this many standard errors. On simulated joints
-/// whose friction turns over 4e-3 to 8e-3 rad it was 8 to 27. Of 27 logs of friction that turns at once two exceeded it: in both the inertias of the equations, from
-/// which the simulation starts, were more than 20 % off.
-pub const PRESLIDING_SURE: f64 = 4.0;
+/// Friction turns over a distance if that lowers the logarithm of a stretch's mean square error by this many standard errors: a chance of 5 %, beside the test of the
+/// equations. On eleven simulated joints whose friction turns over a distance, it was 1.9 to 25. Of 26 logs of joints whose friction turns at once, the equations asked
+/// for it in five; three exceeded it, in two of which the inertias of the equations, from which the simulation starts, were more than 20 % off.
+pub const PRESLIDING_SURE: f64 = 1.645;
 /// Rounds that move the initial states alone.
 pub const START_ROUNDS: usize = 2;
 /// The search ends after this many rounds that do not make the errors smaller.
