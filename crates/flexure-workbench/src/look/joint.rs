@@ -47,7 +47,12 @@ pub(super) fn suggestion(file: &RecordFile, request: &Request, look: &Look, samp
         false => 0..file.record.len(),
     };
     let command = |tried: &[Joint]| Command::new(file, request, look, tried, joints.len());
+    // What the units alone say is suggested if a trial succeeds.
+    let is_sure = is_named(&first) || integration(look, &first);
     let Some(step) = step else {
+        if !is_sure {
+            return Outcome::None;
+        }
         let tried = if is_arm(&joints) { &joints[..] } else { &[first] };
         return Outcome::Fits(command(tried).suggestion(look, tried[0], sample_time));
     };
@@ -78,14 +83,14 @@ pub(super) fn suggestion(file: &RecordFile, request: &Request, look: &Look, samp
         }
     }
     // A part may show too little of the motion.
-    if is_long && !reason.as_ref().is_some_and(|why| why.is_too_fast) {
+    if is_long && is_sure && !reason.as_ref().is_some_and(|why| why.is_too_fast) {
         let tried = if is_arm(&joints) { &joints[..] } else { &[first] };
         return Outcome::Fits(command(tried).suggestion(look, tried[0], sample_time));
     }
     let why = reason.unwrap_or_default();
     let torques = if is_arm(&joints) { &joints[..] } else { &[first] };
     let torques = quoted(torques.iter().map(|joint| joint.torque));
-    match integration(look, &first) || first.motor.is_some() {
+    match is_sure && (integration(look, &first) || first.motor.is_some()) {
         true => Outcome::Fails(Failure {
             text: format!(
                 "No joint can be identified from the motion under {torques}: {}.",
@@ -95,6 +100,12 @@ pub(super) fn suggestion(file: &RecordFile, request: &Request, look: &Look, samp
         }),
         false => Outcome::None,
     }
+}
+
+/// Whether the names of its columns say that it is a joint.
+fn is_named(joint: &Joint) -> bool {
+    let is = |name: &str, wanted: &[Role]| role(name).is_some_and(|(role, _)| wanted.contains(&role));
+    is(joint.torque, &[Role::Torque]) && is(joint.position, &[Role::Position, Role::MotorPosition])
 }
 
 /// Two flexible joints are a two-link arm.
@@ -348,18 +359,28 @@ fn given_joint<'a>(request: &Request<'a>, look: &'a Look, named: &[Joint<'a>]) -
 /// The joints that the names and the units of the columns tell.
 fn named_joints<'a>(file: &RecordFile, look: &'a Look) -> Vec<Joint<'a>> {
     let name = |i: usize| look.columns[i].name.as_str();
-    let role = |i: usize| role_with_unit(name(i), file.unit(name(i)));
+    let by_unit = |i: usize| role_with_unit(name(i), file.unit(name(i)));
     let is_signal = |i: &usize| Some(*i) != look.time && look.columns[*i].is_signal();
     let signals: Vec<usize> = (0..look.columns.len()).filter(is_signal).collect();
     let named = |wanted: Role, number: &str| {
-        let says = |i: &usize| role(*i) == Some((wanted, number));
-        signals.iter().copied().find(says).map(name)
+        let says = |i: &&usize| role(name(**i)) == Some((wanted, number));
+        let may_say = |i: &&usize| by_unit(**i) == Some((wanted, number));
+        let found = signals.iter().find(says).or_else(|| signals.iter().find(may_say));
+        found.map(|i| name(*i))
     };
-    let torques = signals.iter().filter_map(|&i| match role(i) {
-        Some((Role::Torque, number)) => Some((name(i), number)),
-        _ => None,
-    });
-    torques
+    let torques = |role: &dyn Fn(usize) -> Option<(Role, &'a str)>| -> Vec<(&'a str, &'a str)> {
+        let of = |i: &usize| match role(*i) {
+            Some((Role::Torque, number)) => Some((name(*i), number)),
+            _ => None,
+        };
+        signals.iter().filter_map(of).collect()
+    };
+    let mut driving = torques(&|i| role(name(i)));
+    if driving.is_empty() {
+        driving = torques(&by_unit);
+    }
+    driving
+        .into_iter()
         .filter_map(|(torque, number)| {
             let (link, motor) = (named(Role::Position, number), named(Role::MotorPosition, number));
             Some(Joint {

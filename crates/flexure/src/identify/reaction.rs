@@ -19,7 +19,7 @@ use super::block::delayed;
 use super::request::{Progress, Request, Structure};
 use super::result::{BlockKind, Identification, LinearBlock, Path};
 use super::warning::Warning;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::linear::TransferFunction;
 use crate::linear::least_squares::least_squares;
 use crate::model::Block;
@@ -48,14 +48,20 @@ pub(super) fn after_reaction(
     progress: &mut Progress<'_>,
 ) -> Result<Identification> {
     let [input] = request.inputs else { return Ok(found) };
-    let has_delay = |of: &Identification| of.paths.iter().all(|path| path.linear().next().is_some());
-    if found.delay > 0 || !has_delay(&found) || !request.options.chooses_delay() || !reacts(request, input)? {
+    let has_delay = |of: &Identification| of.order > 0 && of.paths.iter().all(|path| path.linear().next().is_some());
+    // The structures of a comparison have been through this one by one.
+    let is_open = found.delay == 0 && found.comparison.is_none() && has_delay(&found);
+    if !is_open || !request.options.chooses_delay() || !reacts(request, input)? {
         return Ok(found);
     }
     let records: Vec<Record> = request.records.iter().map(|r| later(r, input)).collect::<Result<_>>()?;
     let records: Vec<&Record> = records.iter().collect();
     let again = Request::new(&records, request.inputs, request.output, request.options.clone());
-    let mut other = structure.identify_robustly(&again, progress)?;
+    let mut other = match structure.identify_robustly(&again, progress) {
+        Err(Error::Stopped(why)) => return Err(Error::Stopped(why)),
+        Err(_) => return Ok(found),
+        Ok(other) => other,
+    };
     let is_as_good = other.verdict.measures.rms <= LARGEST_RISE * found.verdict.measures.rms;
     if !(is_as_good && has_delay(&other)) {
         return Ok(found);
@@ -160,8 +166,15 @@ impl Identification {
         for block in self.paths.iter_mut().flat_map(Path::first_linear) {
             block.delay_by_one()?;
         }
-        for tried in &mut self.tried {
-            tried.raise_counts("delays");
+        self.tried.iter_mut().for_each(|tried| tried.raise_counts("delays"));
+        for detail in &mut self.details {
+            detail.value.raise_counts("delays");
+            let shown = detail.shown.iter_mut().filter(|shown| shown.title == "Delay");
+            for shown in shown {
+                if let Ok(delay) = shown.text.parse::<usize>() {
+                    shown.text = (delay + 1).to_string();
+                }
+            }
         }
         Ok(())
     }

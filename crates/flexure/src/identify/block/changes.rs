@@ -181,7 +181,7 @@ fn delay_for_pole(g: &Rational, delay: usize) -> Option<(Rational, usize)> {
     let sum: f64 = g.b.iter().sum();
     let first_moment: f64 = g.b.iter().enumerate().map(|(k, b)| k as f64 * b).sum();
     let lag = first_moment / sum + pole / (1.0 - pole);
-    if !(pole > 0.0 && (1.0..=LONGEST_DELAY as f64).contains(&lag)) {
+    if !(pole > 0.0 && lag >= 1.0 && lag <= LONGEST_DELAY.saturating_sub(delay) as f64) {
         return None;
     }
     let share = lag.fract();

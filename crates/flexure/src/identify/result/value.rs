@@ -33,6 +33,22 @@ impl Value {
         }
     }
 
+    /// One more, if it is a count.
+    fn raise(&mut self) {
+        if let Value::Count(count) = self {
+            *count += 1;
+        }
+    }
+
+    /// [`Values::raise_counts`] of all values within.
+    pub(in crate::identify) fn raise_counts(&mut self, name: &str) {
+        match self {
+            Value::List(values) => values.iter_mut().for_each(|value| value.raise_counts(name)),
+            Value::Named(values) => values.raise_counts(name),
+            _ => {}
+        }
+    }
+
     /// The values, if it is a list.
     pub fn list(&self) -> &[Value] {
         match self {
@@ -82,17 +98,12 @@ impl Values {
         self.0.iter().find(|(n, _)| *n == name).map(|(_, value)| value)
     }
 
-    /// Raises all counts in the list of this name by one.
+    /// Raises all counts in the lists of this name by one, here and within.
     pub(in crate::identify) fn raise_counts(&mut self, name: &str) {
-        let lists = self.0.iter_mut().filter(|(n, _)| *n == name);
-        for (_, value) in lists {
-            if let Value::List(values) = value {
-                let counts = values.iter_mut();
-                counts.for_each(|v| {
-                    if let Value::Count(count) = v {
-                        *count += 1;
-                    }
-                });
+        for (own, value) in &mut self.0 {
+            match value {
+                Value::List(values) if *own == name => values.iter_mut().for_each(Value::raise),
+                other => other.raise_counts(name),
             }
         }
     }

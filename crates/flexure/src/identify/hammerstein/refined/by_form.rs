@@ -2,7 +2,7 @@
 //!
 //! The searches add, move and drop one breakpoint at a time. Under a controlled input or in coloured noise they may end with one kink between
 //! two, or with several around one, and then say something else than the form that the same data support. So a curve that is straight between
-//! the places of such a form is tried too. Schwarz's criterion of the whitened error decides.
+//! the places of such a form is tried too, unless the curve is already straight between as many. Schwarz's criterion of the whitened error decides.
 
 use super::blocks::Observed;
 use super::cells::Cells;

@@ -230,11 +230,15 @@ impl Problem<'_> {
         !self.form.has_places() || i >= self.form.searched() || (p[i] > x[1] && p[i] < x[x.len() - 2])
     }
 
-    /// Whether a form that breaks at a low and a high place has both, or else the input 0 between them: a curve with a single break is a
+    /// Whether a form that breaks at a low and a high place has the input 0 between them, or both are seen: a curve with a single break is a
     /// limit where it is flat away from 0, and a dead zone where it is flat around 0.
     fn is_natural(&self, p: &[f64]) -> bool {
-        let both = (0..self.form.searched()).all(|i| self.is_seen(p, i));
-        !self.form.has_places() || both || (p[0] <= 0.0 && p[self.form.searched() - 1] >= 0.0)
+        if !self.form.has_places() {
+            return true;
+        }
+        let last = self.form.searched() - 1;
+        let all = (0..=last).all(|i| self.is_seen(p, i));
+        all || ((!self.is_seen(p, 0) || p[0] <= 0.0) && (!self.is_seen(p, last) || p[last] >= 0.0))
     }
 }
 

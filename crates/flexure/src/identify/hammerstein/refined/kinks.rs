@@ -6,9 +6,9 @@
 //! error is that of the place times |k|. The covariance of all parameters then allows for the places, and so do the band and the standard
 //! errors.
 //!
-//! A kink at a wrong place needs a jump or another kink beside it. So kinks and jumps near each other are replaced on trial by one kink, and each
-//! jump next to a kink, or kink whose place is not determined, is removed on trial. The kinks are moved. The terms stay away if the squared error
-//! rises by less than the cost of as many searched functions ([`SEARCHED_COST`]).
+//! A kink at a wrong place needs a jump or another kink beside it. So kinks and jumps near each other are replaced on trial by one kink. Removed on
+//! trial are each jump next to a kink, each kink that is not clearly apart from the next breakpoint or end, and all curvature between kinks. The
+//! kinks are moved. The terms stay away if the squared error rises by less than the cost of as many searched functions ([`SEARCHED_COST`]).
 
 use super::alternation::Minimum;
 use super::basis::selection;
@@ -67,7 +67,7 @@ fn crowds(terms: &[Term]) -> Vec<Vec<Break>> {
     crowds.filter(are_several).map(<[Break]>::to_vec).collect()
 }
 
-/// The terms without which a curve with kinks is straight between them, if it has both.
+/// The curved terms of a curve that also has kinks: without them it is straight between these.
 fn curved(terms: &[Term]) -> Option<Vec<usize>> {
     let is_curved = |term: &Term| matches!(term, Term::Power(2..) | Term::TruncatedPower { degree: 2.., .. });
     let found: Vec<usize> = (0..terms.len()).filter(|i| is_curved(&terms[*i])).collect();

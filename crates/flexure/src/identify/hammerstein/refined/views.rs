@@ -88,6 +88,7 @@ impl Minimum {
         observed.complete(&self.blocks.simulated(observed), self.blocks.offset);
         Minimum {
             equations: self.blocks.equations(observed, &self.whitening),
+            memory: observed.memory,
             ..self
         }
     }
