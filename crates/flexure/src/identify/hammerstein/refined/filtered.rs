@@ -50,22 +50,18 @@ pub(super) fn select_filtered(
 /// Where a controlled input stays only for short times there are few samples, and no place by rank is near a kink.
 fn places(cells: &Cells) -> Vec<f64> {
     let spacing = 2.0 / FILTERED_PLACES as f64;
-    let by_rank = even_knots(cells, FILTERED_PLACES);
-    let cell = |limit: &f64| cells.lower.partition_point(|l| l < limit);
-    let ends = by_rank.iter().map(cell).chain([cells.len()]);
+    let mut by_rank = even_knots(cells, FILTERED_PLACES).into_iter().peekable();
     let mut places = Vec::new();
-    let (mut last, mut first) = (-1.0, 0);
-    for end in ends {
-        let to = cells.lower.get(end).copied().unwrap_or(1.0);
-        for m in first + CELLS_BETWEEN..(end + 1).saturating_sub(CELLS_BETWEEN) {
-            let limit = cells.lower[m];
-            if m - first >= CELLS_BETWEEN && limit - last >= spacing && to - limit >= 0.5 * spacing {
-                places.push(limit);
-                (last, first) = (limit, m);
-            }
+    let (mut last, mut cells_since) = (-1.0, 0);
+    for &limit in &cells.lower[1..] {
+        cells_since += 1;
+        let is_by_rank = by_rank.next_if(|place| *place <= limit).is_some();
+        let to = by_rank.peek().copied().unwrap_or(1.0);
+        let is_far = limit - last >= spacing && to - limit >= 0.5 * spacing && cells_since >= CELLS_BETWEEN;
+        if is_by_rank || is_far {
+            places.push(limit);
+            (last, cells_since) = (limit, 0);
         }
-        places.extend(cells.lower.get(end));
-        (last, first) = (to, end);
     }
     places
 }
