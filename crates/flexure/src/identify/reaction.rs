@@ -35,7 +35,7 @@ const LARGEST_ENERGY: f64 = 0.5;
 /// The least slope at small moves, in standard errors. Convention.
 const CLEAR: f64 = 8.0;
 /// The largest slope at large moves, as a share of that at small moves. Of 3072 simulated systems without a controller (8 nonlinearities, 8
-/// inputs, 4 first coefficients, 3 noises), 4 have a smaller one, all with nonlinearities that rise and fall.
+/// inputs, 4 first coefficients, 3 noises), 2 have a smaller one, both with nonlinearities that rise and fall.
 const LARGEST_SHARE: f64 = 0.05;
 /// The largest error on fresh data with the input one sample later, relative to the one without. Convention.
 const LARGEST_RISE: f64 = 1.1;
