@@ -104,34 +104,6 @@ fn an_axis_is_a_joint_and_identify_says_so() {
     assert_eq!(warned["warnings"][0], expected.to_string());
 }
 
-/// An arm whose shoulder moves.
-fn shoulder() -> String {
-    let link = "[[arm.link]]\nmass = 1.5075\nlength = 4.5\ncom = 2.25\ninertia = 2.544\n";
-    let joint = "[[arm.joint]]\nmotor_inertia = 1.0\ncubic = 500.0\nlinear = 500.0\nwindup = 10.0\nwindup_sharpness = 3000.0\n\
-                 friction = [0.5, 150.0, 50.0, 2.0, 100.0, 0.5]\n";
-    format!(
-        "[arm]\nmodel = \"nonlinear\"\n{link}{link}{joint}{joint}locked = true\n[run]\nduration = 40.0\nsample_time = 0.002\n\
-         [excitation]\nkind = \"multisine\"\nseed = 1\namplitude = 8.0\nf_min = 0.05\nf_max = 5.0\n\
-         [noise]\nstd = {{ tau1 = 0.1, q1 = 1e-5, qm1 = 1e-5 }}\n"
-    )
-}
-
-#[test]
-fn two_encoders_and_two_joints() {
-    let folder = Folder::new();
-    folder.write("shoulder.toml", shoulder());
-    folder.done("simulate shoulder.toml -o one.csv");
-    assert_eq!(
-        next(&folder.done("look one.csv")),
-        "flexure joint one.csv --motor qm1 --link q1 --torque tau1 --report report.html"
-    );
-    folder.done("simulate --preset motor-log -o two.csv");
-    assert_eq!(
-        next(&folder.done("look two.csv")),
-        "flexure joint two.csv --motor qm1,qm2 --link q1,q2 --torque tau1,tau2 --report report.html"
-    );
-}
-
 /// What `flexure joint` would refuse, or find an inertia in that cannot be, is not suggested.
 #[test]
 fn no_joint_is_suggested_that_cannot_be_identified() {

@@ -3,11 +3,8 @@
 mod common;
 
 use common::{Folder, next, typed};
-use flexure::Record;
-use flexure_io::write_record;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use serde_json::Value;
 
 /// A number that stands for a missing sample hides all dependences: the second look takes it for one, and its command can be typed.
 #[test]
@@ -171,58 +168,6 @@ fn resampling_says_what_it_interpolates() {
 }
 
 /// Names with their units at the end, beside the reference of a position controller, are those of a joint.
-#[test]
-fn an_axis_is_known_by_names_that_end_in_units() {
-    let folder = Folder::new();
-    let [t, torque, q] = common::axis(12_000);
-    let degrees: Vec<f64> = q.iter().map(|q| q.to_degrees()).collect();
-    let late: Vec<f64> = (0..degrees.len())
-        .map(|i| degrees[(i + 8).min(degrees.len() - 1)])
-        .collect();
-    let plain = [("t", t.clone()), ("c1", torque.clone()), ("c2", q)];
-    let named = [("t", t), ("ref_deg", late), ("q_deg", degrees), ("tau_Nm", torque)];
-    write_record(folder.path("plain.csv"), &Record::new(plain).unwrap()).unwrap();
-    write_record(folder.path("named.csv"), &Record::new(named).unwrap()).unwrap();
-    // A current drives a torque.
-    let file = flexure_io::read_record(folder.path("plain.csv")).unwrap();
-    let column = |name: &str| file.column(name).unwrap().to_vec();
-    let current = [("t", column("t")), ("i_q/A", column("c1")), ("pos_act", column("c2"))];
-    write_record(folder.path("current.csv"), &Record::new(current).unwrap()).unwrap();
-    let looked = folder.done("look current.csv").replace("\n  ", " ");
-    assert!(next(&looked).starts_with("flexure joint current.csv --position pos_act --torque i_q/A "));
-    assert!(
-        looked.contains("'i_q/A' is a current: --torque-constant KT"),
-        "{looked}"
-    );
-    let line = next(&folder.done("look named.csv")).to_owned();
-    assert_eq!(
-        line,
-        "flexure joint named.csv --position q_deg --torque tau_Nm --report report.html"
-    );
-    let inertia = |command: &str| {
-        let joint: Value = serde_json::from_str(&folder.run(command).stdout).unwrap();
-        joint["inertia"]["value"].as_f64().unwrap()
-    };
-    let [in_degrees, in_radians] = [
-        inertia("joint named.csv --position q_deg --torque tau_Nm --json"),
-        inertia("joint plain.csv --position c2 --torque c1 --json"),
-    ];
-    assert!(
-        (in_degrees / in_radians - 1.0).abs() < 1e-9,
-        "{in_degrees} {in_radians}"
-    );
-    // Without a structure, linear dynamics are fitted, which have a place for an integrator.
-    let noted = folder.run("identify plain.csv --input c1 --output c2");
-    let note = "note: 'c2' integrates 'c1', so that the structure linear is taken; if they are a position and a torque or force: \
-                flexure joint plain.csv --position c2 --torque c1";
-    assert!(noted.stderr.contains(note), "{}", noted.stderr);
-    assert!(
-        noted.stdout.starts_with("Linear model from 'c1' to 'c2'"),
-        "{}",
-        noted.stdout
-    );
-}
-
 /// Where the stamps are not read, the look goes no further: lost rows would be hidden.
 #[test]
 fn stamps_that_are_not_read_stop_the_look() {

@@ -253,8 +253,8 @@ impl Columns {
         for torque in &self.torque {
             if let Some(unit @ ("A" | "mA" | "V")) = file.unit(file.meant(torque)) {
                 print_note(&format!(
-                    "note: {}: '{torque}' is in {unit}, and 1 {unit} is taken as 1 {effort}: give the {effort} for each {unit} by --torque-constant, \
-                     or multiply inertia, friction and stiffness by it",
+                    "note: {}: '{torque}' is in {unit}, and 1 {unit} is taken as 1 {effort}: --torque-constant gives the {effort} for each {unit}; \
+                     without it, multiply inertia, friction and stiffness by that number",
                     file.name()
                 ));
             }

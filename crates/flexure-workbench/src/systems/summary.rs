@@ -82,31 +82,26 @@ impl Identified {
         }
     }
 
-    fn write_linear(&self, title: &str, own: &LinearBlock, lines: &mut Lines) {
+    /// A linear block; the denominator may be that of a block above.
+    fn write_linear(&self, title: &str, own: &LinearBlock, denominator: Denominator, lines: &mut Lines) {
         lines.item(title, linear_text(own, self.sample_time));
         lines.deeper(|lines| {
-            let listed = coefficients(own);
+            let listed = coefficients(own, denominator);
             let errors = if listed.contains('±') {
                 "; ± one standard error"
             } else {
                 ""
             };
             lines.item("coefficients", listed + errors);
-            write_roots("poles", poles_text(own, self.sample_time), lines);
-            write_roots("zeros", roots_text(own.system.zeros()), lines);
-        });
-    }
-
-    /// A further linear part of a loop, whose denominator is that of the first.
-    fn write_other_part(&self, title: &str, own: &LinearBlock, lines: &mut Lines) {
-        lines.item(title, linear_text(own, self.sample_time));
-        lines.deeper(|lines| {
-            let b = own.system.b().iter().enumerate();
-            let each: Vec<String> = (b.filter(|(_, c)| **c != 0.0))
-                .map(|(k, c)| unbroken(&format!("b{k} = {}", number(*c))))
-                .collect();
-            lines.item("coefficients", format!("{}; poles and a as above", each.join(", ")));
-            write_roots("zeros", roots_text(own.system.zeros()), lines);
+            let poles = match denominator {
+                Denominator::Own => poles_text(own, self.sample_time),
+                Denominator::Above => "as above".to_owned(),
+            };
+            for (name, text) in [("poles", poles), ("zeros", roots_text(own.system.zeros()))] {
+                if text != NONE {
+                    lines.item(name, text);
+                }
+            }
         });
     }
 
@@ -125,15 +120,18 @@ impl Identified {
                 let parts = own.linear_parts();
                 for (i, part) in parts.iter().enumerate() {
                     let title = uncapitalised(part.title);
-                    let has_same_poles = |p: &LoopPart| p.block.system.a() == part.block.system.a();
+                    let is_above = |p: &LoopPart| p.block.system.a() == part.block.system.a();
+                    let denominator = match parts[..i].iter().any(is_above) {
+                        true => Denominator::Above,
+                        false => Denominator::Own,
+                    };
                     match parts[..i].iter().find(|p| p.block.system == part.block.system) {
                         Some(same) => lines.item(&title, format!("the same as {}", uncapitalised(same.title))),
-                        None if i > 0 && has_same_poles(&parts[0]) => self.write_other_part(&title, &part.block, lines),
-                        None => self.write_linear(&title, &part.block, lines),
+                        None => self.write_linear(&title, &part.block, denominator, lines),
                     }
                 }
             }
-            BlockKind::Linear(own) => self.write_linear(&title, own, lines),
+            BlockKind::Linear(own) => self.write_linear(&title, own, Denominator::Own, lines),
             BlockKind::Surface(surface) => write_surface(&title, surface, &path.inputs, lines),
             // The details already describe these blocks.
             BlockKind::Narx(_) | BlockKind::Volterra(_) => {}
@@ -141,10 +139,11 @@ impl Identified {
     }
 }
 
-fn write_roots(name: &str, text: String, lines: &mut Lines) {
-    if text != NONE {
-        lines.item(name, text);
-    }
+/// Where a reader finds the denominator of a linear block.
+#[derive(Clone, Copy, PartialEq)]
+enum Denominator {
+    Own,
+    Above,
 }
 
 /// Whether a warning says why no block model can hold; it stands before all others.
@@ -196,7 +195,7 @@ pub fn linear_text(block: &LinearBlock, sample_time: Option<f64>) -> String {
 
 /// The coefficients that are not zero, each with its standard error where there is one: `b_k` weights the input of k samples ago,
 /// `-a_k` the output.
-fn coefficients(block: &LinearBlock) -> String {
+fn coefficients(block: &LinearBlock, denominator: Denominator) -> String {
     let system = &block.system;
     let (errors, remark) = match &block.errors {
         Some(errors) if !determined(system, errors) => (
@@ -204,11 +203,13 @@ fn coefficients(block: &LinearBlock) -> String {
             "; the data determine the response, not each coefficient (a pole and a zero may cancel)",
         ),
         Some(errors) => (Some(errors), ""),
+        None if denominator == Denominator::Above => (None, ""),
         None => (None, "; standard errors are not estimated here"),
     };
     let b = system.b().iter().enumerate().map(|(k, &c)| ('b', k, c));
     // The first one is 1.
     let a = system.a().iter().enumerate().skip(1).map(|(k, &c)| ('a', k, c));
+    let a = a.filter(|_| denominator == Denominator::Own);
     let each = b.chain(a).filter(|(_, _, c)| *c != 0.0).map(|(name, k, c)| {
         let errors = errors.map(|e| if name == 'b' { &e.b } else { &e.a });
         let error = errors.and_then(|e| e.get(k).copied());
@@ -249,12 +250,12 @@ mod tests {
     #[test]
     fn coefficients_of_zero_are_left_out() {
         let text = |b: Vec<f64>, a: Vec<f64>, errors| {
-            coefficients(&LinearBlock {
+            let block = LinearBlock {
                 system: TransferFunction::new(b, a).unwrap(),
                 errors,
                 impulse: None,
-            })
-            .replace('\u{a0}', " ")
+            };
+            coefficients(&block, Denominator::Own).replace('\u{a0}', " ")
         };
         let b = [vec![0.0; 305], vec![0.5, 0.25]].concat();
         let errors = Some(CoefficientErrors {
@@ -278,12 +279,12 @@ mod tests {
                 a: vec![0.0, error, 0.1],
                 covariance: Vec::new(),
             };
-            coefficients(&LinearBlock {
+            let block = LinearBlock {
                 system: TransferFunction::new(vec![0.0, 0.5, 0.1], vec![1.0, -1.3, 0.4]).unwrap(),
                 errors: Some(errors),
                 impulse: None,
-            })
-            .replace('\u{a0}', " ")
+            };
+            coefficients(&block, Denominator::Own).replace('\u{a0}', " ")
         };
         assert!(
             text(1.2).contains("a1 = -1.3 ± 1.2") && !text(1.2).contains("determine"),

@@ -248,7 +248,8 @@ impl Judged {
         lines.item("free run", self.free.description());
         if self.may_have_run_away {
             lines.warning(
-                "the linear part of the model's loop is unstable by itself: from a wrong initial state, the free run may leave the data for good. \
+                "the linear part of the model's loop is unstable by itself: from a wrong initial state, the free run may move away from the data and \
+                 not come back. \
                  Cut off the start of the record (flexure prepare --cut) and validate again; if the fit stays as low, identify another structure"
                     .to_owned(),
             );

@@ -74,14 +74,13 @@ pub(super) fn after_reaction(
     Ok(other)
 }
 
-/// The record with an input one sample later.
+/// The record with an input one sample later; its first sample is there twice.
 fn later(record: &Record, input: &str) -> Result<Record> {
     let moved = |(name, samples): (&str, &[f64])| {
-        let mut samples = samples.to_vec();
-        if name == input && !samples.is_empty() {
-            samples.rotate_right(1);
-            samples[0] = *samples.get(1).unwrap_or(&samples[0]);
-        }
+        let samples = match samples {
+            [first, before @ .., _] if name == input => [&[*first, *first], before].concat(),
+            _ => samples.to_vec(),
+        };
         (name.to_owned(), samples)
     };
     Record::new(record.columns().map(moved))

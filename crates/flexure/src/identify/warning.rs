@@ -127,8 +127,8 @@ pub enum Warning {
     },
     /// The input reacts to the output's noise at the same sample, so the delay is at least one sample.
     #[error(
-        "'{input}' reacts to the noise of '{output}' in the same sample, as what a controller sets does. The model therefore has a delay of at \
-         least one sample: without it, the model would contain a part of the controller"
+        "'{input}' reacts to the noise of '{output}' within the same sample, as the output of a controller does. Therefore the model has a delay \
+         of at least one sample. Without a delay it would contain a part of the controller"
     )]
     InputReacts {
         /// The input.

@@ -17,6 +17,7 @@ const FIRST_RIDGE: f64 = 1e-13;
 const LARGEST_RIDGE: f64 = 1e-3;
 /// How many ridges are tried for an inverse. Convention.
 const INVERSE_RIDGES: usize = 4;
+
 /// A sum of squares linearised about a point: all that a step needs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct NormalEquations {

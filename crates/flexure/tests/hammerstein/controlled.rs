@@ -124,6 +124,10 @@ fn no_part_of_the_controller_is_in_the_model() {
         let poles = result.linear("linear").unwrap().poles().unwrap();
         let lags: Vec<f64> = poles.iter().map(|p| -1.0 / p.norm().ln()).collect();
         assert!(lags.iter().any(|lag| (lag - 50.0).abs() < 0.5), "{seed}: {lags:?}");
+        assert_eq!(result.delay, result.paths[0].delay());
+        let shown = result.details.iter().filter_map(|d| d.shown.as_ref());
+        let shown: Vec<&str> = shown.filter(|s| s.title == "Delay").map(|s| &*s.text).collect();
+        assert_eq!(shown, [result.delay.to_string()], "{seed}");
         // The model's free run is that of its blocks, delay included.
         let [u, y] = ["u", "y"].map(|name| record.column(name).unwrap());
         let run = result.model.simulate(u);

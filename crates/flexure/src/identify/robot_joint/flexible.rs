@@ -117,10 +117,11 @@ impl FlexibleJoint<'_> {
         let mut possible = Effect::ALL.to_vec();
         let mut found = self.by_equations(&motion, modulation, &possible)?;
         if !found.presliding {
+            // The equations may show friction with memory that the simulated motion does not. It is then no explanation.
             possible.retain(|effect| *effect != Effect::Presliding);
-        }
-        if found.axis.has_presliding() && !found.presliding {
-            found = self.by_equations(&motion, modulation, &possible)?;
+            if found.axis.has_presliding() {
+                found = self.by_equations(&motion, modulation, &possible)?;
+            }
         }
         let ByEquations { axis, simulated, .. } = found;
         let Some(simulated) = simulated else {
@@ -161,12 +162,8 @@ impl FlexibleJoint<'_> {
         let unknown = motion.motor_inertia.is_none();
         let presliding = axis.has_presliding() && {
             let distances = radii(&link, &STOP_RADII_OF_ANGLE, motion.link_noise.sd);
-            let dry = axis
-                .link
-                .friction
-                .by_bic()
-                .into_iter()
-                .find(|form| form.curve.dry_and_other(0.0)[0] > 0.0);
+            let mut forms = axis.link.friction.by_bic().into_iter();
+            let dry = forms.find(|form| form.curve.dry_and_other(0.0)[0] > 0.0);
             let joint = axis.formed().zip(dry).map(|(joint, dry)| FormedJoint {
                 friction: dry.curve.clone(),
                 ..joint
@@ -426,7 +423,7 @@ impl FlexibleAxis {
         fact(&Effect::Presliding)
     }
 
-    /// The joint in its best forms; `None` if it cannot be simulated: a torque was clipped, or a spring has a memory.
+    /// The joint in its best forms; `None` if it cannot be simulated, as after a torque that was clipped.
     fn formed(&self) -> Option<FormedJoint> {
         let clipped = |f: &Finding| matches!(f, Finding::ClippedTorque { .. });
         if !self.separates_inertias() || self.link.findings.iter().any(clipped) {

@@ -265,8 +265,8 @@ pub const SIMULATED_SAMPLES: usize = 20_000;
 /// Rounds for friction that turns at once, and for that which turns over a distance. Convention.
 pub const PRESLIDING_ROUNDS: usize = 6;
 /// Friction turns over a distance if that lowers the logarithm of a stretch's mean square error by this many standard errors: a chance of 5 %, beside the test of the
-/// equations. On eleven simulated joints whose friction turns over a distance, it was 1.9 to 25. Of 26 logs of joints whose friction turns at once, the equations asked
-/// for it in five; three exceeded it, in two of which the inertias of the equations, from which the simulation starts, were more than 20 % off.
+/// equations. On eleven simulated joints whose friction turns over a distance, it was 1.9 to 25. On 26 whose friction turns at once, the equations showed a distance in
+/// five logs, and the simulation agreed in three. In two of these, the simulation starts from inertias that are more than 20 % off.
 pub const PRESLIDING_SURE: f64 = 1.645;
 /// Rounds that move the initial states alone.
 pub const START_ROUNDS: usize = 2;

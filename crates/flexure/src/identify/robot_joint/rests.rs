@@ -66,7 +66,7 @@ impl Rests {
     /// The columns of the torques on the resting motor and link, with factors of their own: a constant, the spring with its cubic part and, at the motor,
     /// its torque.
     pub fn columns(&self, modulation: &Modulation, torque: &[f64], d: &[f64]) -> Vec<Column> {
-        let largest = d.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
+        let largest = d.iter().fold(f64::MIN_POSITIVE, |m, d| m.max(d.abs()));
         let one = vec![1.0; d.len()];
         let spring: Vec<f64> = d.iter().map(|d| d / largest).collect();
         let cubic: Vec<f64> = spring.iter().map(|d| d.powi(3)).collect();
