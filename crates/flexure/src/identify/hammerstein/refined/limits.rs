@@ -88,7 +88,7 @@ pub(super) const FILTERED_SAMPLES: usize = 10_000;
 pub(super) const FILTERED_PLACES: usize = 32;
 pub(super) const MOVED_PLACES: usize = 4;
 /// Filtered: the fewest cells between a place that is not by rank and the one before it. Convention: with one or two, the curve is hardly determined between
-/// breakpoints. The same towards the next place left a kink of one simulated heater in six without a place near it.
+/// breakpoints. With the same condition towards the next place, one of six simulated heaters had no place near its kink.
 pub(super) const CELLS_BETWEEN: usize = 3;
 /// Filtered: the least gain of a jump, in noise variances: twice that of other functions, since a few samples can look like a jump.
 /// Convention.
