@@ -12,6 +12,7 @@
 //! 8. **means** and **trends** of the result are subtracted.
 
 mod merge;
+mod repeated;
 mod steps;
 mod table;
 mod units;

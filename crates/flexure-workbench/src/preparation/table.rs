@@ -151,7 +151,15 @@ impl Table {
     /// # Errors
     /// Where another column is called `t` too.
     pub fn record(&self) -> Result<(Record, Vec<Option<String>>)> {
-        let instants = self.instants.iter().map(|instants| ("t", instants.clone()));
+        self.record_over("t")
+    }
+
+    /// The columns as a record, the instants first as the column of this name, and their units.
+    ///
+    /// # Errors
+    /// Where another column has that name too.
+    pub(super) fn record_over(&self, time: &str) -> Result<(Record, Vec<Option<String>>)> {
+        let instants = self.instants.iter().map(|instants| (time, instants.clone()));
         let columns = self
             .columns
             .iter()
