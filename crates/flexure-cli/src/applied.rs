@@ -85,7 +85,8 @@ impl ModelOnRecord {
         let source = self.source.as_of_model(&model, switches.as_deref_mut(), &self.record)?;
         let file = source.reading.read(&self.record)?;
         let connected = Connected::of_model(&file, &model, self.input.as_deref(), self.output.as_deref())?;
-        let file = source.prepared(file, &connected.all(), Some(&model))?;
+        let unfilled = switches.is_some().then_some(connected.output.as_str());
+        let file = source.prepared(file, &connected.all(), unfilled, Some(&model))?;
         if let Some(switches) = switches {
             switches.missing |= source.prepares();
         }

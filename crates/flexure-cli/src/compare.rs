@@ -81,7 +81,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             columns.push(name);
         }
     }
-    let file = source.prepared(file, &columns, models.first().map(|(_, model)| model))?;
+    let output = connected.first().map(|first| first.output.as_str());
+    let file = source.prepared(file, &columns, output, models.first().map(|(_, model)| model))?;
     let mut compared = Vec::with_capacity(models.len());
     for ((name, model), connected) in models.into_iter().zip(connected) {
         source

@@ -181,6 +181,13 @@ impl Arguments {
         self.structure.is_none() && self.given().next().is_none()
     }
 
+    /// The task for a record whose output may miss samples that its preparation does not make up.
+    fn of_prepared(&self, mut task: Task, file: &RecordFile, output: &str) -> Task {
+        let misses = |y: &[f64]| y.iter().any(|y| y.is_nan());
+        task.options.missing |= self.source.prepares() && file.column(output).is_ok_and(misses);
+        task
+    }
+
     /// The task for a record: without a given structure, linear dynamics where the output integrates the input, as no other structure has
     /// poles for that; then with a note.
     fn fitting(&self, task: Task, file: &RecordFile, columns: SystemColumns) -> (Task, Option<String>) {
@@ -218,12 +225,13 @@ impl Arguments {
     /// The model of one record of many: the output of `--json` without lists, and the model file.
     pub fn of_file(&self, file: RecordFile) -> Result<Outcome> {
         let (task, _) = self.task()?;
-        let (experiments, connected) = self.connected(file, self.missing)?;
+        let (experiments, connected) = self.connected(file)?;
         let Experiments { file, sample_time, .. } = experiments;
         let columns = SystemColumns {
             inputs: &connected.inputs(),
             output: &connected.output,
         };
+        let task = self.of_prepared(task, &file, columns.output);
         let (task, _) = self.fitting(task, &file, columns);
         let identified = task.identify(&file, columns, sample_time, &[], &|_| ControlFlow::Continue(()))?;
         let object = identified.json();
@@ -235,13 +243,13 @@ impl Arguments {
         })
     }
 
-    /// Reads the record, or those of several experiments, and finds the columns; `may_miss` allows missing outputs.
-    fn read(&self, may_miss: bool) -> Result<(Experiments, Connected)> {
-        self.connected(self.source.reading.read(&self.records[0])?, may_miss)
+    /// Reads the record, or those of several experiments, and finds the columns.
+    fn read(&self) -> Result<(Experiments, Connected)> {
+        self.connected(self.source.reading.read(&self.records[0])?)
     }
 
     /// [`read`](Self::read) after its first step: `file` is the first record.
-    fn connected(&self, file: RecordFile, may_miss: bool) -> Result<(Experiments, Connected)> {
+    fn connected(&self, file: RecordFile) -> Result<(Experiments, Connected)> {
         let columns = Connected::of_record(
             &file,
             self.source.reading.time_column(),
@@ -251,7 +259,9 @@ impl Arguments {
         check_input_count(self.structure(), columns.inputs.len())?;
         let experiments = match &self.records[1..] {
             [] => {
-                let file = self.source.prepared(file, &columns.all(), None)?;
+                let file = self
+                    .source
+                    .prepared(file, &columns.all(), Some(&columns.output), None)?;
                 Experiments {
                     sample_time: self
                         .source
@@ -261,7 +271,14 @@ impl Arguments {
                     file,
                 }
             }
-            others => Experiments::read(&self.source, file, others, &columns, self.sample_time, may_miss)?,
+            others => Experiments::read(
+                &self.source,
+                file,
+                others,
+                &columns,
+                self.sample_time,
+                self.missing || self.source.prepares(),
+            )?,
         };
         Ok((experiments, columns))
     }
@@ -349,7 +366,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(note) = note {
         print_note(&note);
     }
-    let (experiments, connected) = arguments.read(arguments.missing)?;
+    let (experiments, connected) = arguments.read()?;
     let Experiments {
         file,
         samples,
@@ -359,6 +376,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         inputs: &connected.inputs(),
         output: &connected.output,
     };
+    let task = arguments.of_prepared(task, &file, columns.output);
     let (task, note) = match samples.len() {
         1 => arguments.fitting(task, &file, columns),
         _ => (task, None),

@@ -85,12 +85,19 @@ impl Source {
     }
 
     /// The file with the steps done to the columns in use; a note says what they did. `model` is the one that kept the steps: it may have
-    /// other names for the first of the columns, its inputs and its output.
+    /// other names for the first of the columns, its inputs and its output. Gaps of the column `unfilled` stay.
     ///
     /// # Errors
     /// For steps that name other columns; as [`Preparation::of_file`](flexure_workbench::preparation::Preparation::of_file).
-    pub fn prepared(&self, file: RecordFile, columns: &[&str], model: Option<&ModelFile>) -> Result<RecordFile> {
+    pub fn prepared(
+        &self,
+        file: RecordFile,
+        columns: &[&str],
+        unfilled: Option<&str>,
+        model: Option<&ModelFile>,
+    ) -> Result<RecordFile> {
         let mut steps = self.steps.preparation();
+        steps.unfilled = unfilled.map(str::to_owned);
         let time = self.reading.time_column();
         // Without instants, the sample time counts as the model's.
         if model.is_some() && file.instants(time, columns)?.is_none() {

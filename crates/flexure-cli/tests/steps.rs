@@ -21,12 +21,12 @@ fn untidy(folder: &Folder, name: &str, header: &str, seed: u64, [lost, missing]:
     folder.write(name, format!("{header}\n{}", rows.collect::<String>()));
 }
 
-/// The later log has other names, a lost row and a missing output at its end. The model's steps prepare it as `flexure prepare` does.
+/// The later log has other names. The model's steps prepare it as `flexure prepare` does.
 #[test]
 fn a_model_prepares_later_logs_as_its_own() {
     let folder = Folder::new();
-    untidy(&folder, "first.csv", "t_ms,u,y", 3, [&[400], &[]]);
-    untidy(&folder, "later.csv", "t_ms,command,speed", 4, [&[200], &[799]]);
+    untidy(&folder, "first.csv", "t_ms,u,y", 3, [&[], &[]]);
+    untidy(&folder, "later.csv", "t_ms,command,speed", 4, [&[], &[]]);
     let steps = "--resample 0.01 --hold u --fill 2";
     folder.run(&format!(
         "identify first.csv --input u --output y {steps} -o model.json"
@@ -36,7 +36,6 @@ fn a_model_prepares_later_logs_as_its_own() {
     assert_eq!(raw.code, Some(0), "{raw:?}");
     let said = "later.csv is read as the model's record was: --fill 2 --hold u --resample 0.01";
     assert!(raw.stderr.contains(said), "{raw:?}");
-    assert!(raw.stderr.contains("799 samples, about 0.01"), "{raw:?}");
     assert!(
         raw.stderr.contains("'command' keeps its value between samples"),
         "{raw:?}"
@@ -49,7 +48,7 @@ fn a_model_prepares_later_logs_as_its_own() {
     // The model of a log that was prepared before is the same.
     folder.done("prepare first.csv --resample 0.01 --hold u --fill 2 -o clean.csv");
     folder.run("identify clean.csv --input u --output y -o by-hand.json");
-    let by_hand = folder.run(&format!("validate by-hand.json prepared.csv --missing {renamed}"));
+    let by_hand = folder.run(&format!("validate by-hand.json prepared.csv {renamed}"));
     assert_eq!(by_hand.stdout, raw.stdout);
 
     for command in [
@@ -63,6 +62,34 @@ fn a_model_prepares_later_logs_as_its_own() {
     assert_eq!(predicted.sample_time("t").unwrap(), 0.01);
     let compared = folder.run(&format!("compare model.json by-hand.json later.csv {renamed}"));
     assert_eq!(compared.code, Some(0), "{compared:?}");
+}
+
+/// Lost rows and missing outputs do not count; the input is interpolated there.
+#[test]
+fn outputs_are_not_made_up() {
+    let folder = Folder::new();
+    let lost: [&[usize]; 2] = [&[200, 300, 301], &[700, 799]];
+    untidy(&folder, "first.csv", "t_ms,u,y", 3, lost);
+    untidy(&folder, "later.csv", "t_ms,u,y", 4, lost);
+    let found = folder.run("identify first.csv --input u --output y --resample 0.01 --hold u -o model.json");
+    assert_eq!(found.code, Some(0), "{found:?}");
+    assert!(found.stderr.contains("2 gaps in time are interpolated"), "{found:?}");
+    let missing = |text: &str| -> usize {
+        let (before, _) = text.split_once(" of 800 outputs are missing").expect(text);
+        before.rsplit(' ').next().unwrap().parse().unwrap()
+    };
+    // At instants that jitter, a lost sample leaves none on its two sides either.
+    assert!((5..=15).contains(&missing(&found.stdout)), "{found:?}");
+    let judged = folder.run("validate model.json later.csv");
+    assert_eq!(judged.code, Some(0), "{judged:?}");
+    assert!(
+        judged.stderr.contains("samples of 'y' are missing, in gaps"),
+        "{judged:?}"
+    );
+    // Without gaps, the option has nothing to say.
+    untidy(&folder, "whole.csv", "t_ms,u,y", 5, [&[], &[]]);
+    let whole = folder.run("identify whole.csv --input u --output y --resample 0.01 --hold u");
+    assert!(!whole.stdout.contains("missing"), "{whole:?}");
 }
 
 /// A record that has no instants is taken at the model's sample time, as without steps.

@@ -1,6 +1,9 @@
 //! Which columns are inputs and which is the output: by their names, or by their dependences.
 
-use flexure::look::{Dependence, Direction, Kind, Look, Relation};
+use flexure::Record;
+use flexure::look::{Dependence, Direction, Kind, Look, Relation, beside};
+use flexure::preparation::fill;
+use flexure::text::percent;
 
 use super::Request;
 use super::roles::{Role, is_setpoint, role};
@@ -9,6 +12,9 @@ use crate::text::quoted;
 /// A column that follows another one with more than this coherent share is an output, or lies between that column and an output.
 /// Convention.
 const BETWEEN: f64 = 0.2;
+
+/// The most columns that are tested for an effect beside the inputs. Convention.
+const MOST_CANDIDATES: usize = 50;
 
 /// The inputs and the output that an identification would take.
 pub(super) struct Signals {
@@ -75,6 +81,59 @@ pub(super) fn signals(request: &Request, look: &Look) -> Option<Signals> {
     without
         .map(left_out)
         .or_else(|| by_dependence(look, &usable, &given, output))
+}
+
+impl Signals {
+    /// With columns that no pair shows to matter, but that explain more of the output beside the inputs.
+    pub fn with_weak_inputs(mut self, look: &Look, record: &Record) -> Self {
+        // Gaps at the ends stay.
+        let samples = |i: usize| {
+            let filled = fill(record.column(&look.columns[i].name).unwrap_or_default(), usize::MAX);
+            filled.iter().all(|v| v.is_finite()).then_some(filled)
+        };
+        let is_alone = |i: &usize| {
+            let is_of = |of: [usize; 2]| of.contains(i);
+            let relations = look.relations.iter().map(|r| [r.column, r.of]);
+            let dependences = look.dependences.iter().map(|d| [d.cause, d.effect]);
+            !relations.chain(dependences).any(is_of)
+        };
+        let is_candidate = |i: &usize| {
+            let column = &look.columns[*i];
+            let is_used = *i == self.output || self.inputs.contains(i);
+            Some(*i) != look.time && !is_used && column.is_signal() && !is_setpoint(&column.name) && is_alone(i)
+        };
+        let candidates = (0..look.columns.len()).filter(is_candidate).take(MOST_CANDIDATES);
+        let candidates: Vec<(usize, Vec<f64>)> = candidates.filter_map(|i| Some((i, samples(i)?))).collect();
+        if candidates.is_empty() {
+            return self;
+        }
+        let delay = |input: usize| {
+            let of = |d: &&Dependence| d.cause == input && d.effect == self.output;
+            look.dependences
+                .iter()
+                .find(of)
+                .map_or(0, |d| d.delay.saturating_sub(d.block - 1))
+        };
+        let known = self.inputs.iter().map(|&i| Some((samples(i)?, delay(i))));
+        let (Some(known), Some(output)) = (known.collect::<Option<Vec<_>>>(), samples(self.output)) else {
+            return self;
+        };
+        let inputs: Vec<(&[f64], usize)> = known.iter().map(|(u, delay)| (u.as_slice(), *delay)).collect();
+        let others: Vec<&[f64]> = candidates.iter().map(|(_, u)| u.as_slice()).collect();
+        let strong = inputs.len();
+        for found in beside(&output, &inputs, &others) {
+            let column = candidates[found.column].0;
+            self.why.push_str(&format!(
+                " '{}' explains more: {} of what {} {} is coherent with it.",
+                look.columns[column].name,
+                percent(found.coherent),
+                quoted(self.inputs.iter().take(strong).map(|&i| look.columns[i].name.as_str())),
+                if strong == 1 { "leaves" } else { "leave" }
+            ));
+            self.inputs.push(column);
+        }
+        self
+    }
 }
 
 /// Inputs and output by their dependences: the output follows others most, and others follow it least.

@@ -181,7 +181,10 @@ fn next(
     {
         return Ok(Some(Next::Repair(cut)));
     }
-    let signals = signals(request, look);
+    let signals = signals(request, look).map(|signals| match request.inputs.is_empty() {
+        true => signals.with_weak_inputs(look, &file.record),
+        false => signals,
+    });
     let held = signals.as_ref().map(|s| s.inputs.clone()).unwrap_or_default();
     let next = match joint::suggestion(file, request, look, sample_time) {
         joint::Outcome::Fits(joint) => Some(Next::Other(joint)),

@@ -102,3 +102,10 @@ pub(super) const DRIVEN: f64 = 3.5;
 pub(super) const SLOWER: f64 = 0.5;
 /// The least share of the output's unpredicted change that the input must explain.
 pub(super) const DRIVEN_SHARE: f64 = 0.1;
+
+/// Past outputs, and past values of each input behind its delay, in the difference equation beside which further inputs are looked for.
+/// Convention: as many as a system of low order has.
+pub(super) const BESIDE_PAST: usize = 8;
+pub(super) const BESIDE_LAGS: usize = 8;
+/// The most samples in which further inputs are looked for. Convention: these show a coherence of a thousandth.
+pub(super) const BESIDE_SAMPLES: usize = 100_000;
