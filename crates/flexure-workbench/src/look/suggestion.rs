@@ -163,7 +163,7 @@ enum Next {
     /// An identification, and the columns that it connects.
     Identify(Suggestion, Vec<String>),
     /// A preparation.
-    Repair(Repair),
+    Repair(Box<Repair>),
     /// Another command.
     Other(Suggestion),
 }
@@ -179,7 +179,7 @@ fn next(
     if look.clock.as_ref().is_none_or(|clock| clock.is_uniform)
         && let Some(cut) = without_dead_start(look, file)
     {
-        return Ok(Some(Next::Repair(cut)));
+        return Ok(Some(Next::Repair(cut.into())));
     }
     let signals = signals(request, look).map(|signals| match request.inputs.is_empty() {
         true => signals.with_weak_inputs(look, &file.record),
@@ -191,13 +191,13 @@ fn next(
         joint::Outcome::Fails(failure) => return Err(failure),
         joint::Outcome::None => match signals {
             Some(signals) => identification(look, request, &signals, file, raw),
-            None => without_outliers(&with_outliers(look)).map(Next::Repair),
+            None => without_outliers(&with_outliers(look)).map(|repair| Next::Repair(repair.into())),
         },
     };
     Ok(next.map(|next| match (&look.clock, sample_time) {
         (Some(clock), Some(step)) if !clock.is_uniform => match even_behind_stamps(look, file) {
             Some(_) => Next::Other(even_stamps(step)),
-            None => Next::Repair(even_spacing(look, file, clock, step, &held)),
+            None => Next::Repair(even_spacing(look, file, clock, step, &held).into()),
         },
         _ => next,
     }))
@@ -252,10 +252,10 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
     let incomplete = |i: usize| look.columns[i].samples < file.record.len();
     let gaps: Vec<usize> = signals.inputs.iter().copied().filter(|i| incomplete(*i)).collect();
     if !gaps.is_empty() {
-        return Some(Next::Repair(without_gaps(look, file, &gaps)));
+        return Some(Next::Repair(without_gaps(look, file, &gaps).into()));
     }
     if are_wild(output, file) {
-        return without_outliers(&[output]).map(Next::Repair);
+        return without_outliers(&[output]).map(|repair| Next::Repair(repair.into()));
     }
     let inputs: Vec<&str> = signals.inputs.iter().map(name).collect();
     let joined = inputs.join(",");
