@@ -132,3 +132,48 @@ fn steps_that_cannot_be_done() {
         assert!(refused.code == Some(2) && refused.stderr.contains(said), "{refused:?}");
     }
 }
+
+/// A logger that was off for a while, and a sensor that failed for single samples: the identification uses the longest part, and so do later ones.
+#[test]
+fn a_gap_too_long_to_fill_is_cut_off() {
+    let folder = Folder::new();
+    let log = |name: &str, seed: u64, off: std::ops::Range<usize>| {
+        let record = folder.known("known.csv", 1500, seed);
+        let (u, y) = (record.column("u").unwrap(), record.column("y").unwrap());
+        let value = |k: usize| if k % 197 == 5 { 1e5 + y[k] } else { y[k] };
+        let rows = (0..1500).filter(|k| !off.contains(k));
+        let rows = rows.map(|k| format!("{:.2},{},{}\n", 0.01 * k as f64, u[k], value(k)));
+        folder.write(name, format!("t,u,y\n{}", rows.collect::<String>()));
+    };
+    log("first.csv", 3, 600..640);
+    log("later.csv", 4, 1000..1100);
+    let looked = folder.run("look first.csv").stdout;
+    let line = common::next(&looked);
+    assert!(
+        line.contains("identify first.csv --input u --output y --structure auto --outliers y --resample 0.01 -o"),
+        "{line}"
+    );
+    let found = common::typed(&folder, line);
+    assert!(
+        found
+            .stderr
+            .contains("the longest part without a gap is used, 860 of 1,500 samples, from 6.4 s to 14.99 s"),
+        "{found:?}"
+    );
+    let judged = folder.run("validate model.json later.csv");
+    assert_eq!(judged.code, Some(0), "{judged:?}");
+    assert!(
+        judged.stderr.contains("1,000 of 1,500 samples, from 0 s to 9.99 s"),
+        "{judged:?}"
+    );
+    // Where gaps are the rule, no part stands for the record.
+    let rows = (0..1500)
+        .filter(|k| k % 100 >= 12)
+        .map(|k| format!("{:.2},{},{}\n", 0.01 * f64::from(k), k % 7, k % 5));
+    folder.write("gaps.csv", format!("t,u,y\n{}", rows.collect::<String>()));
+    let refused = folder.run("identify gaps.csv --input u --output y --resample 0.01");
+    assert!(
+        refused.code == Some(1) && refused.stderr.contains("say --fill N"),
+        "{refused:?}"
+    );
+}

@@ -214,10 +214,22 @@ impl List<'_> {
         if !column.outliers.is_empty() {
             let places = self.places(&column.outliers);
             let count = counted(column.outliers.len(), "sample");
-            self.warn(format!(
-                "'{name}' has {count} far from {} neighbours: {places}.",
-                if column.outliers.len() == 1 { "its" } else { "their" }
-            ));
+            let samples = self.file.record.column(name).unwrap_or_default();
+            let mut values = column.outliers.iter().filter_map(|i| samples.get(*i));
+            let code = values
+                .next()
+                .filter(|first| column.outliers.len() > 1 && values.all(|v| v == *first));
+            let text = match code {
+                Some(code) => format!(
+                    "'{name}' is {} in {count}: {places}. That seems to stand for missing samples.",
+                    number(*code)
+                ),
+                None => format!(
+                    "'{name}' has {count} far from {} neighbours: {places}.",
+                    if column.outliers.len() == 1 { "its" } else { "their" }
+                ),
+            };
+            self.warn(text);
         }
     }
 

@@ -15,6 +15,8 @@ use crate::preparation::{Columns, Cut, Preparation};
 pub(super) struct Repair {
     /// The steps.
     pub steps: Preparation,
+    /// The steps of an identification that does them itself, where they differ: it cuts gaps off by itself.
+    pub in_one: Option<Preparation>,
     /// What they are for, in a sentence.
     pub why: String,
     /// What else should be known, one sentence each.
@@ -25,6 +27,7 @@ impl Repair {
     fn new(steps: Preparation, why: String) -> Self {
         Repair {
             steps,
+            in_one: None,
             why,
             notes: Vec::new(),
         }
@@ -161,10 +164,18 @@ pub(super) fn even_spacing(
         true => "The samples are not evenly spaced, which every identification needs.",
         false => "Samples are lost, and every identification needs all of them, evenly spaced.",
     };
-    let mut repair = Repair::new(steps, why.to_owned());
+    let in_one = (cuts && clock.backwards.is_empty()).then(|| Preparation {
+        outliers: steps.outliers.clone(),
+        fill: None,
+        ..self::resampling(look, clock, sample_time, inputs, false)
+    });
+    let mut repair = Repair {
+        in_one,
+        ..Repair::new(steps, why.to_owned())
+    };
     let notes = &mut repair.notes;
     if !wild.is_empty() {
-        notes.push("Outliers become missing samples, and are interpolated.".to_owned());
+        notes.push("Outliers become missing samples.".to_owned());
     }
     match cuts {
         true => notes.push(format!(
@@ -328,8 +339,14 @@ pub(super) fn without_gaps(look: &Look, file: &RecordFile, columns: &[usize]) ->
             missing.len()
         ),
     };
+    // Gaps that are longer stay, and are cut off.
+    let in_one = (!fills).then(|| Preparation {
+        fill: Some(LONGEST_GAP),
+        ..Preparation::default()
+    });
     Repair {
         notes: vec![note],
+        in_one,
         ..Repair::new(steps, why)
     }
 }

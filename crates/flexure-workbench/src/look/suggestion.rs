@@ -206,7 +206,8 @@ fn next(
 /// The identification with these steps before it, in one command, where what the steps leave can be identified: a look at that says how. Later
 /// records are then prepared as this one is.
 fn at_once(repair: &Repair, file: &RecordFile, request: &Request, look: &Look) -> Option<Suggestion> {
-    if repair.steps.cut.is_some() || (repair.steps.resample.is_some() && request.sample_time.is_some()) {
+    let steps = repair.in_one.as_ref().unwrap_or(&repair.steps);
+    if steps.cut.is_some() || (steps.resample.is_some() && request.sample_time.is_some()) {
         return None;
     }
     let time = request.time.map(|(name, _)| name);
@@ -214,17 +215,17 @@ fn at_once(repair: &Repair, file: &RecordFile, request: &Request, look: &Look) -
         .filter(|(i, column)| Some(*i) != look.time && column.is_signal())
         .map(|(_, column)| column.name.as_str())
         .collect();
-    let (prepared, _) = repair.steps.of_file(file, time, &columns).ok()?;
+    let (prepared, _) = steps.of_file(file, time, &columns).ok()?;
     let request = Request {
         time: time.map(|name| (name, 1.0)),
         ..*request
     };
-    let sample_time = repair.steps.resample.or(request.sample_time);
+    let sample_time = steps.resample.or(request.sample_time);
     let after = flexure::look::look(&prepared.record, time, sample_time).ok()?;
     let Ok(Some(Next::Identify(suggestion, columns))) = next(&prepared, &request, &after, sample_time, look) else {
         return None;
     };
-    let steps = repair.steps.only_for(&columns);
+    let steps = steps.only_for(&columns);
     let steps = steps
         .repeated()
         .into_iter()

@@ -21,8 +21,13 @@ use anyhow::{Context as _, Result, bail};
 use flexure::preparation::{Grid, LONGEST_GAP, LowPass, Outliers};
 use serde_json::{Value, json};
 
+use crate::text::grouped;
+
 pub use table::{Column, Table};
 pub use units::conversion;
+
+/// A part without gaps that is shorter than this fraction of the record is not taken for the record. Convention.
+const SHORTEST_PART: usize = 4;
 
 /// Some columns.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -260,6 +265,39 @@ impl Prepared {
     pub fn missing(&self) -> Vec<usize> {
         let missing = |column: &Column| column.samples.iter().filter(|x| !x.is_finite()).count();
         self.table.columns.iter().map(missing).collect()
+    }
+
+    /// Cuts off all but the longest part in which no column misses samples, but for the column `unfilled`. Nothing is cut off where that part is
+    /// short: then gaps are no exception.
+    fn keep_longest_part(&mut self, unfilled: Option<&str>) {
+        let columns = || {
+            self.table
+                .columns
+                .iter()
+                .filter(|column| Some(column.name.as_str()) != unfilled)
+        };
+        let is_whole = |i: &usize| columns().all(|column| column.samples[*i].is_finite());
+        let samples: Vec<usize> = (0..self.table.len()).collect();
+        let parts = samples.chunk_by(|a, b| is_whole(a) == is_whole(b));
+        let parts: Vec<&[usize]> = parts.filter(|part| is_whole(&part[0])).collect();
+        // The first one of equal length.
+        let longest = parts.into_iter().rev().max_by_key(|part| part.len());
+        let Some((&first, &last)) = longest.and_then(|part| part.first().zip(part.last())) else {
+            return;
+        };
+        let kept = last + 1 - first;
+        if kept == samples.len() || kept < samples.len() / SHORTEST_PART {
+            return;
+        }
+        let text = format!(
+            "the longest part without a gap is used, {} of {} samples, from {} to {}",
+            grouped(kept),
+            grouped(samples.len()),
+            self.table.place(first),
+            self.table.place(last)
+        );
+        self.done.push(Done { step: "cut", text });
+        self.table.keep(first..last + 1);
     }
 
     /// The record and what was done to it, for programs.

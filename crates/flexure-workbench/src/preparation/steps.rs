@@ -119,10 +119,7 @@ pub(super) fn cut(table: &mut Table, cut: Cut, done: &mut Vec<Done>) -> Result<(
         table.place(range.start),
         table.place(range.end - 1)
     );
-    for column in &mut table.columns {
-        column.samples = column.samples[range.clone()].to_vec();
-    }
-    table.instants = table.instants.as_ref().map(|t| t[range].to_vec());
+    table.keep(range);
     say(done, "cut", text);
     Ok(())
 }

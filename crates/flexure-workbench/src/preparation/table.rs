@@ -1,5 +1,7 @@
 //! A record in preparation: columns with units, at instants.
 
+use std::ops::Range;
+
 use anyhow::{Result, bail};
 use flexure::Record;
 use flexure::preparation::{fill, nominal_step};
@@ -98,6 +100,14 @@ impl Table {
     /// Whether there is no sample.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// Keeps the samples in this range alone.
+    pub(super) fn keep(&mut self, range: Range<usize>) {
+        for column in &mut self.columns {
+            column.samples = column.samples[range.clone()].to_vec();
+        }
+        self.instants = self.instants.as_ref().map(|t| t[range].to_vec());
     }
 
     /// The usual step of the instants, in s.
