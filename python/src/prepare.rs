@@ -45,6 +45,7 @@ impl From<Settings> for Preparation {
             held: settings.hold,
             longest_gap: settings.longest_gap,
             fill: settings.fill,
+            unfilled: None,
             low_pass: settings.low_pass.map(|cutoff| LowPass {
                 cutoff,
                 order: settings.order,

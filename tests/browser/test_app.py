@@ -318,7 +318,8 @@ def test_what_is_wrong_is_said_in_the_words_of_the_page(app, tmp_path):
     page.wait("!document.querySelector('#columns').hidden")
     page.js("for (const [name, value] of [['input', 'Command'], ['output', 'Speed']])"
             " document.querySelector(`#column-rows [name=${name}][value=${value}]`).checked = true")
-    page.js("document.querySelector('#identify [name=missing]').checked = false")
+    page.js("document.querySelector('#identify [name=missing]').checked = false;"
+            " for (const step of ['resample', 'hold', 'outliers', 'fill']) document.querySelector(`#identify [name=${step}]`).value = ''")
     page.press("#identify button")
     page.ended(2, state="failed")
     assert '"Outputs may be missing"' in page.problem() and "--" not in page.problem()
@@ -329,6 +330,28 @@ def test_what_is_wrong_is_said_in_the_words_of_the_page(app, tmp_path):
     page.press("#identify button")
     page.ended(3)
     assert page.problem() == ""
+
+
+def test_an_uneven_log_is_identified_with_the_steps_that_the_look_suggests(app, tmp_path):
+    folder = tmp_path / "project"
+    folder.mkdir()
+    rows, level, output, state = ["t,u,y"], 0.0, 0.0, 1
+    for k in range(600):
+        if k % 4 == 0:
+            state = state * 48271 % 2147483647
+            level = round(state / 2147483647, 2)
+        rows.append(f"{k * 0.1 + (0.03 if k % 7 == 3 else 0):.3f},{level},{output:.5f}")
+        output = 0.8 * output + 0.2 * max(level - 0.3, 0)
+    (folder / "uneven.csv").write_text("\n".join(rows) + "\n")
+    page = app().open()
+    page.press("[aria-label='Open uneven.csv']")
+    page.ended(1)
+    page.wait("!document.querySelector('#columns').hidden")
+    steps = "return ['resample', 'hold'].map((name) => document.querySelector(`#identify [name=${name}]`).value)"
+    assert page.js(steps) == ["0.1", "u"]
+    page.press("#identify button")
+    page.ended(2)
+    assert json.loads((folder / "uneven-auto.json").read_text())["reading"] == {"hold": "u", "resample": "0.1"}
 
 
 def test_everything_has_a_name_and_fits_a_phone(app, tmp_path):

@@ -10,7 +10,7 @@ use flexure_workbench::systems::Start;
 use crate::arguments;
 use crate::columns::Connected;
 use crate::files::prepare;
-use crate::reading::{Reading, Switches};
+use crate::source::{Source, Switches};
 
 /// The model, the record, and which columns of it are the model's.
 #[derive(clap::Args)]
@@ -30,16 +30,23 @@ pub struct ModelOnRecord {
     #[arg(long, value_name = "INITIAL_STATE", value_parser = arguments::named::<Start>())]
     pub initial_state: Option<Start>,
     #[command(flatten)]
-    reading: Reading,
+    source: Source,
 }
 
-/// Extends the error about missing outputs: it names the option that skips such samples, if there `is_option`, or says how to fill them in.
+/// Extends the error about a missing sample: for one of the output it names the option that skips such samples, if there `is_option`; otherwise the
+/// one that interpolates them.
 pub fn with_missing(error: anyhow::Error, output: &str, is_option: bool) -> anyhow::Error {
-    let is_missing = |cause: &flexure::Error| matches!(cause, flexure::Error::Data(DataError::NonFinite { column, value, .. }) if column == output && value.is_nan());
+    let missing = |cause: &flexure::Error| match cause {
+        flexure::Error::Data(DataError::NonFinite { column, value, .. }) => value.is_nan().then(|| column == output),
+        _ => None,
+    };
     match error.downcast_ref() {
-        Some(flexure_io::Error::Data { cause, .. }) if is_missing(cause) => match is_option {
-            true => anyhow!("{error}, or say --missing: samples without an output then do not count"),
-            false => anyhow!("{error}, or interpolate gaps of at most N samples by flexure prepare --fill N -o FILE"),
+        Some(flexure_io::Error::Data { cause, .. }) => match missing(cause) {
+            Some(true) if is_option => {
+                anyhow!("{error}, or say --missing: samples without an output then do not count")
+            }
+            Some(_) => anyhow!("{error}, or say --fill N: gaps of at most N samples are then interpolated"),
+            None => error,
         },
         _ => error,
     }
@@ -67,17 +74,25 @@ impl ModelOnRecord {
         &'a self,
         tables: impl IntoIterator<Item = &'a PathBuf>,
         others: impl IntoIterator<Item = &'a PathBuf>,
-        switches: Option<&mut Switches>,
+        mut switches: Option<&mut Switches>,
     ) -> Result<Applied> {
         if let Some(input) = &self.input {
             arguments::distinct_inputs(&[input], self.output.as_deref())?;
         }
         prepare([&self.model, &self.record], tables, others)?;
         let model = read_model(&self.model)?;
-        let reading = self.reading.as_of_model(&model, switches, &self.record)?;
-        let file = reading.read(&self.record)?;
+        self.source.steps.check()?;
+        let source = self.source.as_of_model(&model, switches.as_deref_mut(), &self.record)?;
+        let file = source.reading.read(&self.record)?;
         let connected = Connected::of_model(&file, &model, self.input.as_deref(), self.output.as_deref())?;
-        let time = reading.same_sample_time(&file, model.sample_time, &connected.all())?;
+        let unfilled = switches.is_some().then_some(connected.output.as_str());
+        let file = source.prepared(file, &connected.all(), unfilled, Some(&model))?;
+        if let Some(switches) = switches {
+            switches.missing |= source.prepares();
+        }
+        let time = source
+            .reading
+            .same_sample_time(&file, model.sample_time, &connected.all())?;
         Ok(Applied {
             model,
             file,

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use flexure_io::read_model;
+use flexure_io::{ModelFile, read_model};
 use flexure_workbench::systems::{Compared, ComparedModel, Judging};
 
 use crate::arguments;
@@ -11,7 +11,7 @@ use crate::columns::Connected;
 use crate::files::{prepare, write_text, wrote};
 use crate::output::{print, print_result, this_command};
 use crate::progress::spinning;
-use crate::reading::{Reading, Switches};
+use crate::source::{Source, Switches};
 
 /// Judge several models on one record, side by side.
 ///
@@ -42,7 +42,7 @@ pub struct Arguments {
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
     #[command(flatten)]
-    reading: Reading,
+    source: Source,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -61,17 +61,34 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .collect::<Result<_>>()?;
     // Every model's record may have been read in its own way: what this one takes of it, the first model says.
     let mut switches = arguments.switches;
-    let reading = match models.first() {
-        Some((_, model)) => &arguments.reading.as_of_model(model, Some(&mut switches), record)?,
-        None => &arguments.reading,
+    let source = match models.first() {
+        Some((_, model)) => &arguments.source.as_of_model(model, Some(&mut switches), record)?,
+        None => &arguments.source,
     };
-    let file = reading.read(record)?;
-    let mut compared = Vec::with_capacity(models.len());
-    for (name, model) in models {
+    let file = source.reading.read(record)?;
+    let connected = |model: &ModelFile| {
         let (input, output) = (arguments.input.as_deref(), arguments.output.as_deref());
-        let Connected { inputs, output } = Connected::of_model(&file, &model, input, output)?;
-        let used: Vec<&str> = inputs.iter().chain([&output]).map(String::as_str).collect();
-        reading.same_sample_time(&file, model.sample_time, &used)?;
+        Connected::of_model(&file, model, input, output)
+    };
+    let connected = models
+        .iter()
+        .map(|(_, model)| connected(model))
+        .collect::<Result<Vec<_>, _>>()?;
+    switches.missing |= source.prepares();
+    let mut columns: Vec<&str> = Vec::new();
+    for name in connected.iter().flat_map(Connected::all) {
+        if !columns.contains(&name) {
+            columns.push(name);
+        }
+    }
+    let output = connected.first().map(|first| first.output.as_str());
+    let file = source.prepared(file, &columns, output, models.first().map(|(_, model)| model))?;
+    let mut compared = Vec::with_capacity(models.len());
+    for ((name, model), connected) in models.into_iter().zip(connected) {
+        source
+            .reading
+            .same_sample_time(&file, model.sample_time, &connected.all())?;
+        let Connected { inputs, output } = connected;
         compared.push(ComparedModel {
             name,
             model,

@@ -10,7 +10,8 @@ use flexure_workbench::systems::{Task, check};
 
 use crate::arguments::Usage;
 use crate::columns::Connected;
-use crate::reading::{Reading, SAME_SAMPLE_TIME};
+use crate::reading::SAME_SAMPLE_TIME;
+use crate::source::Source;
 
 /// The records of experiments, as one.
 pub struct Experiments {
@@ -28,7 +29,7 @@ impl Experiments {
     /// # Errors
     /// Names the record, the column and the line.
     pub fn read(
-        reading: &Reading,
+        source: &Source,
         first: RecordFile,
         others: &[PathBuf],
         connected: &Connected,
@@ -39,16 +40,16 @@ impl Experiments {
         let mut columns = vec![Vec::new(); all.len()];
         let (mut samples, mut names) = (Vec::new(), Vec::new());
         let mut known: Option<(f64, String)> = None;
-        let files = std::iter::once(Ok(first)).chain(others.iter().map(|path| reading.read(path)));
+        let files = std::iter::once(Ok(first)).chain(others.iter().map(|path| source.reading.read(path)));
         for file in files {
-            let file = file?;
+            let file = source.prepared(file?, &connected.all(), Some(&connected.output), None)?;
             check(&file, &connected.inputs(), &connected.output, may_miss)?;
             for (name, column) in all.iter().zip(&mut columns) {
                 column.extend_from_slice(file.column(name)?);
             }
             samples.push(file.record.len());
             let path = shown_path(&file.path);
-            match (reading.sample_time(&file, sample_time, &all)?, &known) {
+            match (source.reading.sample_time(&file, sample_time, &all)?, &known) {
                 (Some(own), Some((first, of))) if (own - first).abs() > SAME_SAMPLE_TIME * first => bail!(
                     "{path}: the sample time is {} s, but that of {of} is {} s; experiments of one system need the same: resample one of them",
                     exact(own),

@@ -22,8 +22,9 @@ use crate::output::{print, print_note, print_result, quoted, this_command};
 use crate::periods::PeriodOptions;
 use crate::progress::{spinning, spinning_through};
 use crate::python::{self, Call};
-use crate::reading::Reading;
+
 use crate::simulate::read_arm;
+use crate::source::Source;
 
 /// Identify a block-oriented model from an input-output record.
 ///
@@ -75,7 +76,7 @@ pub struct Arguments {
     #[arg(long)]
     missing: bool,
     /// Sample time in s; by default that of the column of time.
-    #[arg(long, value_name = "S", allow_hyphen_values = true, value_parser = arguments::positive)]
+    #[arg(long, value_name = "S", allow_hyphen_values = true, conflicts_with = "resample", value_parser = arguments::positive)]
     sample_time: Option<f64>,
     /// Write the model here.
     #[arg(short = 'o', long = "model", value_name = "MODEL.json")]
@@ -87,7 +88,7 @@ pub struct Arguments {
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
     #[command(flatten)]
-    reading: Reading,
+    source: Source,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -180,6 +181,13 @@ impl Arguments {
         self.structure.is_none() && self.given().next().is_none()
     }
 
+    /// The task for a record whose output may miss samples that its preparation does not make up.
+    fn of_prepared(&self, mut task: Task, file: &RecordFile, output: &str) -> Task {
+        let misses = |y: &[f64]| y.iter().any(|y| y.is_nan());
+        task.options.missing |= self.source.prepares() && file.column(output).is_ok_and(misses);
+        task
+    }
+
     /// The task for a record: without a given structure, linear dynamics where the output integrates the input, as no other structure has
     /// poles for that; then with a note.
     fn fitting(&self, task: Task, file: &RecordFile, columns: SystemColumns) -> (Task, Option<String>) {
@@ -209,6 +217,7 @@ impl Arguments {
             arguments::distinct_inputs(&inputs, self.output.as_deref())?;
             check_input_count(self.structure(), inputs.len())?;
         }
+        self.source.steps.check()?;
         arguments::distinct_points(&self.known)?;
         self.task().map(|_| ())
     }
@@ -216,12 +225,13 @@ impl Arguments {
     /// The model of one record of many: the output of `--json` without lists, and the model file.
     pub fn of_file(&self, file: RecordFile) -> Result<Outcome> {
         let (task, _) = self.task()?;
-        let (experiments, connected) = self.connected(file, self.missing)?;
+        let (experiments, connected) = self.connected(file)?;
         let Experiments { file, sample_time, .. } = experiments;
         let columns = SystemColumns {
             inputs: &connected.inputs(),
             output: &connected.output,
         };
+        let task = self.of_prepared(task, &file, columns.output);
         let (task, _) = self.fitting(task, &file, columns);
         let identified = task.identify(&file, columns, sample_time, &[], &|_| ControlFlow::Continue(()))?;
         let object = identified.json();
@@ -233,22 +243,42 @@ impl Arguments {
         })
     }
 
-    /// Reads the record, or those of several experiments, and finds the columns; `may_miss` allows missing outputs.
-    fn read(&self, may_miss: bool) -> Result<(Experiments, Connected)> {
-        self.connected(self.reading.read(&self.records[0])?, may_miss)
+    /// Reads the record, or those of several experiments, and finds the columns.
+    fn read(&self) -> Result<(Experiments, Connected)> {
+        self.connected(self.source.reading.read(&self.records[0])?)
     }
 
     /// [`read`](Self::read) after its first step: `file` is the first record.
-    fn connected(&self, file: RecordFile, may_miss: bool) -> Result<(Experiments, Connected)> {
-        let columns = Connected::of_record(&file, self.reading.time_column(), self.inputs(), self.output.as_deref())?;
+    fn connected(&self, file: RecordFile) -> Result<(Experiments, Connected)> {
+        let columns = Connected::of_record(
+            &file,
+            self.source.reading.time_column(),
+            self.inputs(),
+            self.output.as_deref(),
+        )?;
         check_input_count(self.structure(), columns.inputs.len())?;
         let experiments = match &self.records[1..] {
-            [] => Experiments {
-                sample_time: self.reading.sample_time(&file, self.sample_time, &columns.all())?,
-                samples: vec![file.record.len()],
+            [] => {
+                let file = self
+                    .source
+                    .prepared(file, &columns.all(), Some(&columns.output), None)?;
+                Experiments {
+                    sample_time: self
+                        .source
+                        .reading
+                        .sample_time(&file, self.sample_time, &columns.all())?,
+                    samples: vec![file.record.len()],
+                    file,
+                }
+            }
+            others => Experiments::read(
+                &self.source,
                 file,
-            },
-            others => Experiments::read(&self.reading, file, others, &columns, self.sample_time, may_miss)?,
+                others,
+                &columns,
+                self.sample_time,
+                self.missing || self.source.prepares(),
+            )?,
         };
         Ok((experiments, columns))
     }
@@ -261,8 +291,7 @@ impl Arguments {
         sample_time: Option<f64>,
         task: &Task,
     ) -> Option<String> {
-        let is_plain =
-            self.records.len() == 1 && self.reading.given().is_empty() && self.periods.first_given().is_none();
+        let is_plain = self.records.len() == 1 && self.source.is_usual() && self.periods.first_given().is_none();
         let reading = python::reading(file, &[columns.inputs, &[columns.output]].concat()).filter(|_| is_plain)?;
         let model = python::estimator(task.structure, &task.options)?.text();
         let fit = Call::new(".fit")
@@ -277,7 +306,7 @@ impl Arguments {
     /// The model file, which says how its record was read.
     fn model(&self, identified: &Identified) -> ModelFile {
         ModelFile {
-            reading: self.reading.kept(),
+            reading: self.source.kept(),
             ..identified.model()
         }
     }
@@ -337,7 +366,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(note) = note {
         print_note(&note);
     }
-    let (experiments, connected) = arguments.read(arguments.missing)?;
+    let (experiments, connected) = arguments.read()?;
     let Experiments {
         file,
         samples,
@@ -347,6 +376,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         inputs: &connected.inputs(),
         output: &connected.output,
     };
+    let task = arguments.of_prepared(task, &file, columns.output);
     let (task, note) = match samples.len() {
         1 => arguments.fitting(task, &file, columns),
         _ => (task, None),

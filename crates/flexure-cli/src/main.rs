@@ -31,6 +31,8 @@ mod report;
 #[cfg(unix)]
 mod signals;
 mod simulate;
+mod source;
+mod steps;
 mod study;
 mod tuning;
 mod validate;

@@ -12,7 +12,7 @@ use flexure_workbench::systems::{Ahead, FreeRun, Outside, Start, columns};
 use flexure_workbench::text::{grouped, number};
 use serde_json::json;
 
-use crate::applied::{Applied, ModelOnRecord};
+use crate::applied::{Applied, ModelOnRecord, with_missing};
 use crate::arguments::{self, Usage};
 use crate::output::{print, print_note};
 use crate::progress::spinning;
@@ -104,7 +104,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         time,
     } = arguments.applied.open([&arguments.out], [], None)?;
     let inputs = connected.inputs();
-    let entering = columns(&file, &inputs)?;
+    let entering = columns(&file, &inputs).map_err(|error| with_missing(error, &connected.output, false))?;
     let measured = arguments.measured(&file, &model, &connected.output)?;
     let free = spinning("simulating", || {
         FreeRun::new(

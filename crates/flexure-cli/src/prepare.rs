@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use flexure::Record;
-use flexure::preparation::{LONGEST_GAP, LowPass, Outliers};
+use flexure::preparation::LowPass;
 use flexure::text::shown_path;
 use flexure_io::{RecordMark, read_model, write_record_with_units};
 use flexure_workbench::preparation::{Columns, Conversion, Cut, Preparation, Table};
@@ -17,9 +17,7 @@ use crate::look;
 use crate::output::{print, quoted};
 use crate::progress::spinning;
 use crate::reading::Reading;
-
-/// The heading of the steps' options.
-const STEPS: &str = "Steps, in their order";
+use crate::steps::{STEPS, Steps, columns};
 
 /// Cut, resample, filter, clean or merge records.
 ///
@@ -46,24 +44,8 @@ pub struct Arguments {
     /// Convert the unit of a column, for example q=rad; q=deg:rad where the file does not say its unit. May be given more than once.
     #[arg(long, help_heading = STEPS, value_name = "COLUMN=UNIT", value_parser = conversion)]
     convert: Vec<Conversion>,
-    /// Make outliers of these columns missing samples: A,B,... or all. An outlier is far away from its neighbours.
-    #[arg(long, help_heading = STEPS, value_name = "COLUMNS")]
-    outliers: Option<String>,
-    /// How far an outlier is away from the median of its neighbours, in robust standard deviations.
-    #[arg(long, help_heading = STEPS, value_name = "DEVIATIONS", default_value_t = Outliers::default().threshold, requires = "outliers", value_parser = arguments::positive)]
-    threshold: f64,
-    /// How many samples on either side are a sample's neighbours.
-    #[arg(long, help_heading = STEPS, value_name = "N", default_value_t = Outliers::default().neighbours, requires = "outliers", value_parser = arguments::count_from_one)]
-    neighbours: usize,
-    /// Bring the record to a uniform sample time of DT s, also from instants that jitter. A longer sample time comes with a filter against aliases.
-    #[arg(long, help_heading = STEPS, value_name = "DT", value_parser = arguments::positive)]
-    resample: Option<f64>,
-    /// These columns hold their value between samples, as commands do: A,B,... The others are taken as smooth.
-    #[arg(long, help_heading = STEPS, value_name = "COLUMNS", value_delimiter = ',')]
-    hold: Vec<String>,
-    /// Interpolate gaps of at most N missing samples; by default 3 where something is resampled, else none.
-    #[arg(long, help_heading = STEPS, value_name = "N", value_parser = arguments::count)]
-    fill: Option<usize>,
+    #[command(flatten)]
+    steps: Steps,
     /// Take out what is faster than HZ from all columns, without a delay.
     #[arg(long, help_heading = STEPS, value_name = "HZ", value_parser = arguments::positive)]
     low_pass: Option<f64>,
@@ -131,14 +113,6 @@ fn conversion(text: &str) -> Result<Conversion, String> {
     })
 }
 
-/// `all` or a list of columns.
-fn columns(list: &str) -> Columns {
-    match list {
-        "all" => Columns::All,
-        _ => Columns::Named(arguments::columns(list).into_iter().map(str::to_owned).collect()),
-    }
-}
-
 impl Arguments {
     fn preparation(&self) -> Preparation {
         let chosen = |list: &Option<String>| list.as_deref().map(columns);
@@ -146,21 +120,13 @@ impl Arguments {
             keep: chosen(&self.keep).unwrap_or(Columns::All),
             cut: self.cut.map(Cut::Time).or(self.cut_samples.map(Cut::Samples)),
             convert: self.convert.clone(),
-            outliers: chosen(&self.outliers),
-            rule: Outliers {
-                neighbours: self.neighbours,
-                threshold: self.threshold,
-            },
-            resample: self.resample,
-            held: self.hold.iter().map(|name| name.trim().to_owned()).collect(),
-            longest_gap: self.fill.unwrap_or(LONGEST_GAP),
-            fill: self.fill,
             low_pass: self.low_pass.map(|cutoff| LowPass {
                 cutoff,
                 order: self.order,
             }),
             remove_mean: chosen(&self.remove_mean),
             detrend: chosen(&self.detrend),
+            ..self.steps.preparation()
         }
     }
 
@@ -168,15 +134,13 @@ impl Arguments {
     fn check_lists(&self) -> Result<(), arguments::Usage> {
         let lists = [
             ("keep", &self.keep),
-            ("outliers", &self.outliers),
             ("remove-mean", &self.remove_mean),
             ("detrend", &self.detrend),
         ];
         for (option, list) in lists {
             arguments::named_once(option, &list.as_deref().map(arguments::columns).unwrap_or_default())?;
         }
-        let held: Vec<&str> = self.hold.iter().map(|name| name.trim()).collect();
-        arguments::named_once("hold", &held)
+        self.steps.check()
     }
 
     /// The columns of a file at its instants.
@@ -186,7 +150,7 @@ impl Arguments {
         let table = Table::of(&file, instants, self.sample_time)?;
         let steps = [
             ("--cut", self.cut.is_some()),
-            ("--resample", self.resample.is_some()),
+            ("--resample", self.steps.resample.is_some()),
             ("--low-pass", self.low_pass.is_some()),
         ];
         if let Some((option, _)) = steps.iter().find(|(_, given)| *given && table.instants.is_none()) {
@@ -230,7 +194,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             1 => "1 sample is".to_owned(),
             n => format!("{} samples are", grouped(n)),
         };
-        let hint = match arguments.fill {
+        let hint = match arguments.steps.fill {
             Some(_) => "",
             None => "; --fill N interpolates gaps of at most N",
         };

@@ -1,18 +1,16 @@
 //! How a record is read, and where its sample instants stand.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::Path;
 
-use anyhow::{Context as _, Result, bail};
-use clap::{Args as _, FromArgMatches as _, ValueEnum};
+use anyhow::{Result, bail};
+use clap::ValueEnum;
 use flexure::text::{exact, shown_path};
-use flexure_io::{Decimal, Format, Instants, ModelFile, ReadOptions, RecordFile, TimeColumn};
+use flexure_io::{Decimal, Instants, ReadOptions, RecordFile, TimeColumn};
 use flexure_workbench::look::NOTED_JITTER;
 
 use crate::arguments;
-use crate::output::{print_note, quoted};
+use crate::output::print_note;
 use crate::progress::spinning;
 
 /// Relative difference of two sample times that still count as the same.
@@ -78,50 +76,9 @@ enum Answer {
     No,
 }
 
-/// The options that name a part of a file.
-const OF_PARTS: [&str; 2] = ["topic", "joint"];
-/// The most bytes of a first line that are read.
-const LONGEST_HEAD: u64 = 1 << 16;
-
-/// Whether the first line of a text file names all columns of a model: the table then begins there.
-fn begins_with_columns(record: &Path, model: &ModelFile) -> bool {
-    let regular = record.metadata().is_ok_and(|m| m.is_file());
-    let Some(file) = regular.then(|| File::open(record).ok()).flatten() else {
-        return false;
-    };
-    let mut line = Vec::new();
-    let mut head = BufReader::new(file.take(LONGEST_HEAD));
-    if head.read_until(b'\n', &mut line).is_err() {
-        return false;
-    }
-    let line = String::from_utf8_lossy(&line);
-    let fields = line.split([',', ';', '\t']);
-    let fields: Vec<&str> = fields.map(|field| field.trim_matches(['"', ' ', '\r', '\n'])).collect();
-    // A unit may follow a name.
-    let is_called = |field: &str, name: &str| {
-        let rest = field.strip_prefix(name);
-        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with([' ', '[', '(']))
-    };
-    let mut names = model.inputs.iter().chain([&model.output]);
-    names.all(|name| fields.iter().any(|field| is_called(field, name)))
-}
-
 /// An option with its value, as it is typed.
-fn typed((name, value): (&String, &String)) -> [String; 2] {
+pub fn typed((name, value): (&String, &String)) -> [String; 2] {
     [format!("--{name}"), value.clone()]
-}
-
-/// Options on the output that a model's record may have had, and records like it then have too.
-#[derive(Debug, Clone, Copy, Default, clap::Args)]
-pub struct Switches {
-    /// Leave samples whose output is missing (NaN, or an empty field) out of the verdict instead of refusing them. A model that was
-    /// identified with this option is judged with it.
-    #[arg(long)]
-    pub missing: bool,
-    /// Leave outliers of the output out of the verdict: samples far from the model and from the neighbouring samples. A model that was
-    /// identified with this option is judged with it.
-    #[arg(long)]
-    pub robust: bool,
 }
 
 impl Reading {
@@ -170,6 +127,11 @@ impl Reading {
         Ok(file.instants(self.time.as_deref(), signals)?)
     }
 
+    /// Takes the memory that was given to another reading, as no model keeps that.
+    pub fn keep_memory(&mut self, other: &Reading) {
+        self.memory = other.memory;
+    }
+
     /// The memory that was given, bytes.
     pub fn memory(&self) -> Option<u64> {
         self.memory
@@ -201,50 +163,6 @@ impl Reading {
             .into_iter()
             .filter_map(|(name, value)| Some((name.to_owned(), value?)));
         given.collect()
-    }
-
-    /// The same, but options that were given only for the model's record are taken from there; a note lists them. `switches` are options of
-    /// the command, if it has them; they become true if they were set for the model's record.
-    ///
-    /// # Errors
-    /// For options in the model file that this version does not know.
-    pub fn as_of_model(&self, model: &ModelFile, switches: Option<&mut Switches>, record: &Path) -> Result<Reading> {
-        let own = self.kept();
-        let parts = Format::of(record).is_some_and(|format| format.has_parts);
-        let headed = begins_with_columns(record, model);
-        let fits = |name: &String| {
-            let fits_file = (parts || !OF_PARTS.contains(&name.as_str())) && !(headed && name == "skip-lines");
-            fits_file && !own.contains_key(name)
-        };
-        let taken = model.reading.iter().filter(|(name, _)| fits(name));
-        let taken: Vec<String> = taken.flat_map(typed).collect();
-        let mut said: Vec<String> = taken.iter().map(|word| quoted(word)).collect();
-        if let Some(Switches { missing, robust }) = switches {
-            for (option, own, of_model) in [
-                ("--missing", missing, model.missing),
-                ("--robust", robust, model.robust),
-            ] {
-                if of_model && !*own {
-                    *own = true;
-                    said.push(option.to_owned());
-                }
-            }
-        }
-        if !said.is_empty() {
-            print_note(&format!(
-                "note: {} is read as the model's record was: {}",
-                shown_path(record),
-                said.join(" ")
-            ));
-        }
-        let command = Reading::augment_args(clap::Command::new("flexure").no_binary_name(true));
-        let matches = command
-            .try_get_matches_from(taken.into_iter().chain(self.given()))
-            .context("the model file says how its record was read, in a way that this version does not know")?;
-        Ok(Reading {
-            memory: self.memory,
-            ..Reading::from_arg_matches(&matches)?
-        })
     }
 
     /// The column of the sample instants; `signals` are the columns in use.
@@ -303,7 +221,7 @@ impl Reading {
             && (model - time.clock.step).abs() > SAME_SAMPLE_TIME * model
         {
             bail!(
-                "{}: the sample time is {} s, but the model was identified at {model} s; flexure prepare --resample {model} brings the record to that",
+                "{}: the sample time is {} s, but the model was identified at {model} s; --resample {model} brings the record to that",
                 shown_path(&file.path),
                 exact(time.clock.step)
             );

@@ -14,7 +14,7 @@ use crate::arguments;
 use crate::files::{write_text, wrote};
 use crate::output::{print, this_command};
 use crate::progress::spinning;
-use crate::reading::Switches;
+use crate::source::Switches;
 
 /// Write the page that shows a model, judged on a record.
 ///

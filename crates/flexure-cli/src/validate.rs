@@ -10,8 +10,8 @@ use crate::applied::{Applied, ModelOnRecord, with_missing};
 use crate::arguments;
 use crate::files::{write_text, wrote};
 use crate::output::{print, print_result};
-use crate::reading::Switches;
 use crate::report::Page;
+use crate::source::Switches;
 
 /// Judge a model on a record that was not used for its fit.
 ///

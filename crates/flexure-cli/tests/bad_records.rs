@@ -109,12 +109,12 @@ fn samples_that_are_missing_or_not_finite() {
         (
             "nan.csv",
             "u,y\n1,2\nnan,3\n4,5\n",
-            "nan.csv, line 3: column 'u' is NaN or missing at sample 1; remove or repair that sample",
+            "nan.csv, line 3: column 'u' is NaN or missing at sample 1; remove or repair that sample, or say --fill N: gaps of at most N samples are then interpolated",
         ),
         (
             "missing.csv",
             "# measured\nu,y\n1,2\n,3\n4,5\n",
-            "missing.csv, line 4: column 'u' is NaN or missing at sample 1; remove or repair that sample",
+            "missing.csv, line 4: column 'u' is NaN or missing at sample 1; remove or repair that sample, or say --fill N: gaps of at most N samples are then interpolated",
         ),
         (
             "infinite.csv",
@@ -198,7 +198,7 @@ fn another_sample_time_than_the_models_or_the_options() {
     folder.write("half.csv", rows(0.5));
     folder.write("slow.csv", rows(2.0));
     folder.done("identify half.csv --input u --output y -o model.json --sample-time 0.5");
-    let message = "slow.csv: the sample time is 2 s, but the model was identified at 0.5 s; flexure prepare --resample 0.5 brings the record to that";
+    let message = "slow.csv: the sample time is 2 s, but the model was identified at 0.5 s; --resample 0.5 brings the record to that";
     folder.failed("predict model.json slow.csv --input u -o new.csv", message);
     folder.failed("validate model.json slow.csv --input u --output y", message);
     folder.failed(

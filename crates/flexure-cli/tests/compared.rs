@@ -214,7 +214,8 @@ fn none_of_these_is_a_verdict() {
     write_record(folder.path("r.csv"), &Record::new([("u", u), ("y", y)]).unwrap()).unwrap();
     let message = folder.said(&format!("{IDENTIFY} auto -o model.json --report page.html"));
     for line in [
-        "Structure from 'u' to 'y': none of these fit RMS error",
+        "Structure from 'u' to 'y': none of these; ",
+        " comes nearest, fit ",
         " The data support none of these structures: ",
         "Its error looks like",
         "a drift in time (",
@@ -223,7 +224,7 @@ fn none_of_these_is_a_verdict() {
         assert!(message.contains(line), "{line}: {message}");
     }
     let page = folder.read("page.html");
-    assert!(page.contains("None of these structures"));
+    assert!(page.contains("None of these structures holds exactly; "));
     let model: Value = serde_json::from_str(&folder.read("model.json")).unwrap();
     let comparison = &model["identification"]["comparison"];
     assert_eq!(

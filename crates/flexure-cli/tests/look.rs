@@ -295,11 +295,19 @@ fn a_clock_that_jitters_too_much_is_resampled() {
     write_record(folder.path("r.csv"), &Record::new(columns).unwrap()).unwrap();
     let text = folder.done("look r.csv");
     let line = next(&text);
-    assert_eq!(line, "flexure prepare r.csv --resample 0.01 --hold u -o r-prepared.csv");
+    let command = "flexure identify r.csv --input u --output y --structure linear --resample 0.01 --hold u -o";
+    assert!(line.starts_with(command), "{line}");
     assert!(text.contains("differ from the median step by up to 30 %"), "{text}");
-    assert_eq!(typed(&folder, line).code, Some(0));
-    let again = folder.done("look r-prepared.csv");
-    assert!(next(&again).starts_with("flexure identify r-prepared.csv"), "{again}");
+    let outcome = typed(&folder, line);
+    assert!(outcome.stderr.contains("are now 1,000 every 0.01 s"), "{outcome:?}");
+    // The model keeps the steps.
+    let validated = folder.run("validate model.json r.csv");
+    assert!(
+        validated
+            .stderr
+            .contains("is read as the model's record was: --hold u --resample 0.01"),
+        "{validated:?}"
+    );
 }
 
 #[test]
@@ -378,18 +386,8 @@ fn an_untidy_log_leads_to_a_model_by_the_commands_that_are_printed() {
     folder.write("log.csv", format!("Zeit [s];Strom [A];Drehzahl\n{table}"));
     let outcome = folder.run("look log.csv");
     let line = next(&outcome.stdout);
-    assert_eq!(
-        line,
-        "flexure prepare log.csv --outliers Drehzahl --resample 0.005 --hold Strom -o log-prepared.csv"
-    );
-    assert_eq!(typed(&folder, line).code, Some(0));
-    let again = folder.done("look log-prepared.csv");
-    assert!(!again.contains("clipped"), "{again}");
-    let line = next(&again);
-    assert!(
-        line.starts_with("flexure identify log-prepared.csv --input Strom --output Drehzahl"),
-        "{again}"
-    );
+    let command = "flexure identify log.csv --input Strom --output Drehzahl --structure auto --outliers Drehzahl --resample 0.005 --hold Strom -o";
+    assert!(line.starts_with(command), "{line}");
     let found = typed(&folder, line);
     assert!(
         found
@@ -409,11 +407,12 @@ fn outliers_that_hide_the_dependence_are_taken_out_first() {
     write_record(folder.path("r.csv"), &Record::new(columns).unwrap()).unwrap();
     let text = folder.done("look r.csv");
     let line = next(&text);
-    assert_eq!(line, "flexure prepare r.csv --outliers b --fill 2 -o r-prepared.csv");
-    assert_eq!(typed(&folder, line).code, Some(0));
-    let again = folder.done("look r-prepared.csv");
+    let command = "flexure identify r.csv --input a --output b --structure auto --outliers b --fill 2 -o model.json";
+    assert!(line.starts_with(command), "{line}");
+    assert!(text.contains("3 outliers hide what depends on what"), "{text}");
+    let outcome = typed(&folder, line);
     assert!(
-        next(&again).starts_with("flexure identify r-prepared.csv --input a --output b"),
-        "{again}"
+        outcome.stderr.contains("3 of 600 samples of 'b' are outliers"),
+        "{outcome:?}"
     );
 }

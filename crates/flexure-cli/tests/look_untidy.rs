@@ -43,9 +43,11 @@ fn rows_that_are_there_twice_cost_no_others() {
     folder.write("twice.csv", format!("t,u,y\n{}", rows.collect::<String>()));
     let looked = folder.done("look twice.csv");
     assert!(looked.contains("Rows are there twice"), "{looked}");
+    assert!(next(&looked).contains(" --resample 0.01 "), "{looked}");
     let outcome = typed(&folder, next(&looked));
     assert_eq!(outcome.code, Some(0), "{outcome:?}");
-    let prepared = flexure_io::read_record(folder.path("twice-prepared.csv")).unwrap();
+    folder.done("prepare twice.csv --resample 0.01 -o prepared.csv");
+    let prepared = flexure_io::read_record(folder.path("prepared.csv")).unwrap();
     assert_eq!(prepared.record.len(), 600);
     let off = (0..600).map(|k| (prepared.column("y").unwrap()[k] - y[k]).abs());
     assert!(off.fold(0.0, f64::max) < 1e-9);
@@ -64,7 +66,7 @@ fn stamps_that_jitter_may_be_those_of_even_samples() {
     );
     let looked = folder.done("look jitter.csv").replace("\n  ", " ");
     assert!(
-        looked.contains("say --sample-time 0.01 in place of --resample 0.01"),
+        looked.contains("flexure prepare FILE --sample-time 0.01 -o jitter-prepared.csv gives them even stamps"),
         "{looked}"
     );
     folder.done("prepare jitter.csv --sample-time 0.01 -o even.csv");
@@ -114,7 +116,7 @@ fn stamps_of_whole_seconds_are_not_lost_rows() {
     for (name, rows) in [("lost.csv", lost), ("twice.csv", twice)] {
         folder.write(name, log(&rows));
         let looked = folder.done(&format!("look {name}"));
-        assert!(next(&looked).contains("prepare"), "{name}: {looked}");
+        assert!(!next(&looked).contains("--sample-time"), "{name}: {looked}");
     }
 }
 

@@ -146,6 +146,18 @@ impl RecordFile {
         }
     }
 
+    /// The same file with other samples, and a unit for each of their columns; columns of instants keep their names. The new samples have
+    /// no lines.
+    pub fn with_record(&self, record: Record, units: Vec<Option<String>>) -> Self {
+        RecordFile {
+            constants: self.constants.clone(),
+            origins: self.origins.clone(),
+            is_foreign: self.is_foreign,
+            units,
+            ..RecordFile::new(record, &self.path)
+        }
+    }
+
     /// The file's name without its folder, as a part of a line.
     pub fn name(&self) -> String {
         let name = self.path.file_name();

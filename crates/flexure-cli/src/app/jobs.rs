@@ -19,7 +19,7 @@ const COMMANDS: [&str; 8] = [
     "look", "prepare", "identify", "compare", "report", "export", "joint", "regress",
 ];
 /// Their options that name no file.
-const OPTIONS: [&str; 39] = [
+const OPTIONS: [&str; 40] = [
     "input",
     "output",
     "structure",
@@ -40,6 +40,7 @@ const OPTIONS: [&str; 39] = [
     "keep",
     "cut",
     "resample",
+    "hold",
     "low-pass",
     "fill",
     "outliers",
@@ -61,7 +62,7 @@ const OPTIONS: [&str; 39] = [
     "band",
 ];
 /// Their options without a value.
-const SWITCHES: [&str; 4] = ["gravity", "spring", "prismatic", "missing"];
+const SWITCHES: [&str; 5] = ["gravity", "spring", "prismatic", "missing", "robust"];
 /// Their options that name a file to write.
 const OUTPUTS: [&str; 6] = ["out", "model", "report", "friction", "stiffness", "arm"];
 /// The file that keeps the object that a command prints.

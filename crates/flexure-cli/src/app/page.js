@@ -158,7 +158,9 @@ async function look() {
   const either = (one, other) => (named(one).length ? named(one) : named(other));
   const [inputs, outputs] = [either("input", "x"), either("output", "y")];
   find("structure").value = named("structure")[0] || "";
-  find("identify").elements.missing.checked = next.includes("--missing");
+  const identify = find("identify").elements;
+  for (const option of ["missing", "robust"]) identify[option].checked = next.includes(`--${option}`);
+  for (const step of ["resample", "hold", "outliers", "fill"]) identify[step].value = named(step).join(",");
   find("column-rows").replaceChildren(...seen.columns.map((column) => make("tr", {},
     make("th", { scope: "row" }, column.name),
     make("td", {}, make("input", { type: "checkbox", name: "input", value: column.name, "aria-label": `${column.name} is an input`, checked: inputs.includes(column.name) })),

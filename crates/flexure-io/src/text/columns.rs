@@ -3,6 +3,7 @@
 use super::fields::is_identifier;
 use super::numbers::{Numbers, before_unit, has_unit, is_missing, readable_number};
 use super::stamps::{self, Part, Stamps};
+use super::switch::Switch;
 use crate::error::LineProblem;
 use crate::options::ReadOptions;
 use crate::record_file::Unusable;
@@ -13,9 +14,6 @@ const QUOTED_CHARACTERS: usize = 40;
 
 /// The most texts in a column of numbers that may all stand for missing samples. Convention.
 const MOST_TEXTS: usize = 5;
-
-/// Words for the two states of a switch: off and on, in lower case. They are 0 and 1.
-const SWITCHES: [[&str; 2]; 3] = [["false", "true"], ["off", "on"], ["no", "yes"]];
 
 /// Whether `field` is a number, a time stamp, or missing: anything but a text.
 pub(super) fn is_readable(field: &str, options: &ReadOptions) -> bool {
@@ -28,27 +26,6 @@ pub(super) fn is_readable(field: &str, options: &ReadOptions) -> bool {
 
 /// The columns of the band in a file of a curve, which are empty where no band was wanted.
 const BAND: [&str; 2] = ["lower", "upper"];
-
-/// The two words of a switch.
-#[derive(Clone, Copy, PartialEq)]
-struct Switch(&'static [&'static str; 2]);
-
-impl Switch {
-    /// The switch that has this word.
-    fn of(field: &str) -> Option<Switch> {
-        SWITCHES
-            .iter()
-            .map(Switch)
-            .find(|switch| switch.state(field, &mut [false; 2]).is_some())
-    }
-
-    /// The state that a word means, 0 or 1, which is then `seen`.
-    fn state(self, field: &str, seen: &mut [bool; 2]) -> Option<f64> {
-        let state = self.0.iter().position(|word| field.eq_ignore_ascii_case(word))?;
-        seen[state] = true;
-        Some(state as f64)
-    }
-}
 
 /// Evenly spaced instants, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -120,29 +97,9 @@ impl<'a> Column<'a> {
         options: &'a ReadOptions,
     ) -> Result<(), LineProblem> {
         let value = match &mut self.kind {
-            Kind::Slashes(both, ..) => {
-                for column in both.iter_mut() {
-                    column.push(field, line, numbers, options)?;
-                }
-                // A number above 12 leaves one of the two orders.
-                let fit = both.each_ref().map(|column| column.part().is_some());
-                if fit[0] != fit[1] {
-                    let fitting = std::mem::replace(&mut both[usize::from(fit[1])], Column::new(String::new()));
-                    *self = fitting.with_order(field, line);
-                }
-                return Ok(());
-            }
-            Kind::Text { before, texts, .. } => {
-                let may_be_new = before.is_some() || (!texts.is_empty() && texts.len() <= MOST_TEXTS);
-                if may_be_new && !field.is_empty() {
-                    match is_readable(field, options) || has_unit(field, options) {
-                        true => *before = None,
-                        false if texts.len() <= MOST_TEXTS && !texts.iter().any(|text| text == field) => {
-                            texts.push(field.to_owned());
-                        }
-                        false => {}
-                    }
-                }
+            Kind::Slashes(..) => return self.push_date(field, line, numbers, options),
+            Kind::Text { .. } => {
+                self.push_text(field, options);
                 return Ok(());
             }
             _ if is_missing(field, options) => Some(f64::NAN),
@@ -166,43 +123,86 @@ impl<'a> Column<'a> {
             Kind::Undecided => self.decide(field, line, numbers, options)?,
         };
         match value {
-            Some(value) => {
-                if value.is_infinite()
-                    && self.infinite.len() < MOST_TEXTS
-                    && !self.infinite.iter().any(|text| text == field)
-                {
-                    self.infinite.push(field.to_owned());
-                }
-                self.values.push(value);
-            }
-            None => {
-                let text = shorten(field);
-                let is_first = matches!(self.kind, Kind::Undecided);
-                let why = match is_first {
-                    true => Unusable::Is(format!("text, such as '{text}' on line {line}{}", named_fields(field))),
-                    false => Unusable::At {
-                        line,
-                        problem: LineProblem::NotANumber {
-                            column: self.name.clone(),
-                            sample: self.values.len(),
-                            text,
-                        },
-                    },
-                };
-                let looks_like_stamp = is_first && stamps::look_like(field);
-                let of_numbers = (
-                    std::mem::replace(&mut self.kind, Kind::Undecided),
-                    std::mem::take(&mut self.values),
-                );
-                self.kind = Kind::Text {
-                    texts: if is_first { Vec::new() } else { vec![field.to_owned()] },
-                    why,
-                    looks_like_stamp,
-                    before: (!is_first).then(|| Box::new(of_numbers)),
-                };
-            }
+            Some(value) => self.push_value(value, field),
+            None => self.become_text(field, line),
         }
         Ok(())
+    }
+
+    /// Appends a field to a column of dates of both orders. A number above 12 leaves one of them.
+    fn push_date(
+        &mut self,
+        field: &str,
+        line: u64,
+        numbers: &mut Numbers,
+        options: &'a ReadOptions,
+    ) -> Result<(), LineProblem> {
+        let Kind::Slashes(both, ..) = &mut self.kind else {
+            return Ok(());
+        };
+        for column in both.iter_mut() {
+            column.push(field, line, numbers, options)?;
+        }
+        let fit = both.each_ref().map(|column| column.part().is_some());
+        if fit[0] != fit[1] {
+            let fitting = std::mem::replace(&mut both[usize::from(fit[1])], Column::new(String::new()));
+            *self = fitting.with_order(field, line);
+        }
+        Ok(())
+    }
+
+    /// Notes a field of a column of texts.
+    fn push_text(&mut self, field: &str, options: &ReadOptions) {
+        let Kind::Text { before, texts, .. } = &mut self.kind else {
+            return;
+        };
+        let may_be_new = before.is_some() || (!texts.is_empty() && texts.len() <= MOST_TEXTS);
+        if !may_be_new || field.is_empty() {
+            return;
+        }
+        match is_readable(field, options) || has_unit(field, options) {
+            true => *before = None,
+            false if texts.len() <= MOST_TEXTS && !texts.iter().any(|text| text == field) => {
+                texts.push(field.to_owned());
+            }
+            false => {}
+        }
+    }
+
+    /// Appends a number, which `field` stands for.
+    fn push_value(&mut self, value: f64, field: &str) {
+        let is_new = || !self.infinite.iter().any(|text| text == field);
+        if value.is_infinite() && self.infinite.len() < MOST_TEXTS && is_new() {
+            self.infinite.push(field.to_owned());
+        }
+        self.values.push(value);
+    }
+
+    /// Makes this a column of texts, since `field` is one.
+    fn become_text(&mut self, field: &str, line: u64) {
+        let text = shorten(field);
+        let is_first = matches!(self.kind, Kind::Undecided);
+        let why = match is_first {
+            true => Unusable::Is(format!("text, such as '{text}' on line {line}{}", named_fields(field))),
+            false => Unusable::At {
+                line,
+                problem: LineProblem::NotANumber {
+                    column: self.name.clone(),
+                    sample: self.values.len(),
+                    text,
+                },
+            },
+        };
+        let of_numbers = (
+            std::mem::replace(&mut self.kind, Kind::Undecided),
+            std::mem::take(&mut self.values),
+        );
+        self.kind = Kind::Text {
+            texts: if is_first { Vec::new() } else { vec![field.to_owned()] },
+            why,
+            looks_like_stamp: is_first && stamps::look_like(field),
+            before: (!is_first).then(|| Box::new(of_numbers)),
+        };
     }
 
     /// The first sample decides the kind; its value, `None` for a text.

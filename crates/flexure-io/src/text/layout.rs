@@ -93,6 +93,24 @@ fn check_quotes(rows: &[Vec<String>], lines: &[Line]) -> Result<(), Problem> {
     Ok(())
 }
 
+/// Whether the first line is a header. Where it may be one or not, a comment with the names decides.
+fn begins_with_header(
+    rows: &[Vec<String>],
+    lines: &[Line],
+    options: &ReadOptions,
+    is_commented: bool,
+) -> Result<bool, Problem> {
+    let quoted = |line: &Line| line.bytes.contains(&b'"');
+    // Numbers are seldom quoted, but names that look like numbers should be.
+    if quoted(&lines[0]) && lines.get(1).is_some_and(|second| !quoted(second)) {
+        return Ok(true);
+    }
+    match has_header(rows, options) {
+        Err(_) if is_commented => Ok(false),
+        found => found.map_err(|problem| (lines[0].number, problem)),
+    }
+}
+
 impl Layout {
     /// Decides from the beginning of a file, `None` if it has no content.
     pub(super) fn of(head: &[u8], options: &ReadOptions) -> Result<Option<Self>, Problem> {
@@ -108,29 +126,17 @@ impl Layout {
         };
         let lines = first_lines(head, skip, LINES);
         let Some(first) = lines.first() else { return Ok(None) };
-        let separator = match options.separator {
-            Some(' ') => None,
-            Some(character) => Some(character as u8),
-            None => match &known {
-                Some(known) => Some(known.separator),
-                None => separator(&lines, options)?,
-            },
+        let separator = match (options.separator, &known) {
+            (Some(' '), _) => None,
+            (Some(character), _) => Some(character as u8),
+            (None, Some(known)) => Some(known.separator),
+            (None, None) => separator(&lines, options)?,
         };
         let mut rows = rows(&lines, separator);
         drop_empty_ends(&mut rows);
         check_quotes(&rows, &lines)?;
-        let mut layout = Layout {
-            separator,
-            names: Vec::new(),
-            units: vec![None; rows[0].len()],
-            heading_lines: 0,
-            skip,
-            table: table.map(|table| table.line),
-            axis: None,
-            may_lack_last: false,
-            is_named: false,
-            notes: Vec::new(),
-        };
+        let mut layout = Layout::without_names(separator, skip, &rows[0]);
+        layout.table = table.map(|table| table.line);
         if skip > options.skip {
             layout.note(match skip {
                 1 => "line 1 stands above the table and is left out".to_owned(),
@@ -144,54 +150,84 @@ impl Layout {
             (layout.names, layout.is_named) = (names, true);
             return Ok(Some(layout));
         }
-        let quoted = |line: &Line| line.bytes.contains(&b'"');
         let commented = match options.header {
             None => names_in_comment(head, first.number, separator, &rows, options),
             Some(_) => None,
         };
         let header = match options.header {
             Some(header) => header,
-            None if known.is_some() => true,
-            // Numbers are seldom quoted, but names that look like numbers should be.
-            None if quoted(first) && lines.get(1).is_some_and(|second| !quoted(second)) => true,
-            None => match has_header(&rows, options) {
-                Err(_) if commented.is_some() => false,
-                found => found.map_err(|problem| (first.number, problem))?,
-            },
+            None => known.is_some() || begins_with_header(&rows, &lines, options, commented.is_some())?,
         };
-        if let Some((names, line)) = commented.filter(|_| !header) {
-            layout.note(format!(
-                "the names are from the comment on line {line}; --header no leaves the columns without names"
-            ));
-            rows.insert(0, names);
-            layout.names(&rows, options).map_err(|problem| (line, problem))?;
-            return Ok(Some(layout));
-        }
         if !header {
-            layout.names = (0..rows[0].len()).map(|i| format!("c{i}")).collect();
-            layout.note(format!(
-                "there is no header; the columns are called {}",
-                list(&layout.names)
-            ));
+            layout.names_without_header(rows, commented, options)?;
             return Ok(Some(layout));
         }
-        layout.heading_lines = 1;
-        layout
-            .names(&rows, options)
-            .map_err(|problem| (first.number, problem))?;
-        if known.as_ref().is_none_or(Known::leaves_units_open) && has_units(&rows, options) {
-            layout.heading_lines = 2;
-            for (unit, field) in layout.units.iter_mut().zip(&rows[1]) {
+        layout.heading(&rows, &lines, known, options)?;
+        Ok(Some(layout))
+    }
+
+    /// The layout of rows like this one, whose columns have no names yet.
+    fn without_names(separator: Option<u8>, skip: u64, row: &[String]) -> Self {
+        Layout {
+            separator,
+            names: Vec::new(),
+            units: vec![None; row.len()],
+            heading_lines: 0,
+            skip,
+            table: None,
+            axis: None,
+            may_lack_last: false,
+            is_named: false,
+            notes: Vec::new(),
+        }
+    }
+
+    /// Takes the names from a comment, with its line; otherwise numbers the columns.
+    fn names_without_header(
+        &mut self,
+        mut rows: Vec<Vec<String>>,
+        commented: Option<(Vec<String>, u64)>,
+        options: &ReadOptions,
+    ) -> Result<(), Problem> {
+        let Some((names, line)) = commented else {
+            self.names = (0..rows[0].len()).map(|i| format!("c{i}")).collect();
+            self.note(format!(
+                "there is no header; the columns are called {}",
+                list(&self.names)
+            ));
+            return Ok(());
+        };
+        self.note(format!(
+            "the names are from the comment on line {line}; --header no leaves the columns without names"
+        ));
+        rows.insert(0, names);
+        self.names(&rows, options).map_err(|problem| (line, problem))
+    }
+
+    /// Takes names and units from the first rows.
+    fn heading(
+        &mut self,
+        rows: &[Vec<String>],
+        lines: &[Line],
+        known: Option<Known>,
+        options: &ReadOptions,
+    ) -> Result<(), Problem> {
+        self.heading_lines = 1;
+        self.names(rows, options)
+            .map_err(|problem| (lines[0].number, problem))?;
+        if known.as_ref().is_none_or(Known::leaves_units_open) && has_units(rows, options) {
+            self.heading_lines = 2;
+            for (unit, field) in self.units.iter_mut().zip(&rows[1]) {
                 let is_text = !columns::is_readable(field, options);
                 *unit = unit_text(field).filter(|_| is_text).or(unit.take());
             }
-            layout.note(format!("line {} has the columns' units", lines[1].number));
-            layout.take_increment(&rows[1], options);
+            self.note(format!("line {} has the columns' units", lines[1].number));
+            self.take_increment(&rows[1], options);
         }
         if let Some(known) = known {
-            known.complete(&mut layout, &rows, &lines, options);
+            known.complete(self, rows, lines, options);
         }
-        Ok(Some(layout))
+        Ok(())
     }
 
     fn note(&mut self, note: String) {

@@ -15,6 +15,7 @@ mod numbers;
 mod restart;
 mod rows;
 mod stamps;
+mod switch;
 
 use std::io::{BufReader, Cursor, Read};
 use std::path::Path;

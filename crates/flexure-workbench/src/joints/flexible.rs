@@ -225,8 +225,8 @@ pub fn write_axis(axis: &FlexibleAxis, link: &str, motion: Option<&Motion>, torq
     let of_motor = axis.motor_friction.iter().map(|curve| ("friction at the motor", curve));
     let curves = [("stiffness", &axis.stiffness), ("friction", &axis.link.friction)];
     for (what, curve) in curves.into_iter().chain(of_motor) {
-        lines.sentence(format!("Forms of the {what}, each by itself, smallest BIC first"));
-        lines.deeper(|lines| write_others(curve.by_bic().into_iter(), &units, lines));
+        let heading = format!("Forms of the {what}, each by itself");
+        write_others(&heading, &curve.by_bic(), &units, lines);
     }
     write_findings(&axis.link.findings, lines);
 }

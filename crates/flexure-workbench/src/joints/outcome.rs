@@ -1,6 +1,7 @@
 //! How well an identified joint or arm explains its log, and another one: the first line of its text, and the verdict of its page.
 
 use flexure::identify::robot_joint::{Finding, Fitted};
+use flexure::text::percent;
 use flexure_report::data::Verdict;
 
 use super::later::{Later, Trial};
@@ -131,9 +132,9 @@ impl<'a> Outcome<'a> {
     pub fn verdict(&self) -> Verdict {
         let fault = self.fault();
         let has_stiffness = self.joints.iter().any(|forms| forms.len() > 1);
-        let forms = match has_stiffness {
-            true => "the forms of stiffness and friction",
-            false => "the form of the friction",
+        let (forms, fit) = match has_stiffness {
+            true => ("the forms of stiffness and friction", "fit their curves"),
+            false => ("the form of the friction", "fits its curve"),
         };
         let headline = match fault {
             Some(Fault::RunsAway) => "The simulated motion runs away".to_owned(),
@@ -141,7 +142,11 @@ impl<'a> Outcome<'a> {
             Some(Fault::PoorMotion) => "The simulated motion is far from the measured one".to_owned(),
             Some(Fault::Doubtful) => "The log does not tell what was found well enough to be trusted".to_owned(),
             Some(Fault::OtherLog) => "What was found does not hold on the other log".to_owned(),
-            Some(Fault::RefutedForm) => format!("The free curves refute {forms}"),
+            Some(Fault::RefutedForm) => {
+                let distances = self.joints.iter().flatten().map(|form| form.lack_of_fit.distance);
+                let distance = percent(distances.fold(0.0, f64::max));
+                capitalised(&format!("{forms} {fit} to {distance}, not exactly"))
+            }
             None => format!("Nothing refutes {forms}"),
         };
         let motion = match fault {

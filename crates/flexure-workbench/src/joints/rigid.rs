@@ -130,9 +130,13 @@ impl Joint for Rigid {
         if let Some(polished) = &axis.polished {
             lines.item("polished", polished_text(polished, &units));
         }
-        lines.sentence("Other forms of the friction, smallest BIC first");
-        let others = axis.friction.by_bic().into_iter().skip(1);
-        lines.deeper(|lines| write_others(others, &units, lines));
+        let by_bic = axis.friction.by_bic();
+        write_others(
+            "Other forms of the friction",
+            by_bic.get(1..).unwrap_or_default(),
+            &units,
+            &mut lines,
+        );
         write_findings(&axis.findings, &mut lines);
         trial.write_later(log, &units, &mut lines);
         lines

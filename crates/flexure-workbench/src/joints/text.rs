@@ -177,27 +177,47 @@ pub fn parameter_rows<'a>(form: &'a Fitted, units: &Units) -> impl Iterator<Item
     rows.into_iter()
 }
 
-/// The other forms that were tried: the distance of each from the free curve, and its parameters in one row.
-pub fn write_others<'a>(forms: impl Iterator<Item = &'a Fitted>, units: &Units, lines: &mut Lines) {
-    for form in forms {
-        lines.sentence(format!("{}: {}", titled(form), lack_text(form)));
-        let inertia = form.inertia;
-        let mass = inertia.value.is_finite();
-        let mass = mass.then(|| match inertia.is_positive() {
-            true => format!("M = {} {}", with_error(inertia), units.inertia()),
-            false => "M not identifiable".to_owned(),
-        });
-        let parameters = form.parameters.iter().map(|p| match p.identifiable {
-            true => {
-                let unit = units.of_curve(p.unit, form.form.is_stiffness());
-                format!("{} = {} {unit}", p.symbol, with_error(estimate(p)))
+/// A refuted form farther from the free curve than this many times the nearest of the list is named without its parameters. Convention.
+const FAR_OFF: f64 = 2.0;
+
+/// Forms that were tried, under a heading: the distance of each from the free curve, and the parameters in one row, but of those far off.
+pub fn write_others(heading: &str, forms: &[&Fitted], units: &Units, lines: &mut Lines) {
+    let distance = |form: &Fitted| form.lack_of_fit.distance;
+    let nearest = forms.iter().map(|form| distance(form)).fold(f64::INFINITY, f64::min);
+    let is_far_off = |form: &Fitted| is_refuted(form) && distance(form) > FAR_OFF * nearest;
+    let elsewhere = match forms.iter().any(|form| is_far_off(form)) {
+        true => "; --json and the page have the parameters of those that are far off",
+        false => "",
+    };
+    lines.sentence(format!("{heading}, smallest BIC first{elsewhere}"));
+    lines.deeper(|lines| {
+        for form in forms {
+            lines.sentence(format!("{}: {}", titled(form), lack_text(form)));
+            if !is_far_off(form) {
+                lines.deeper(|lines| lines.sentence(parameters_in_a_row(form, units)));
             }
-            false => format!("{} not identifiable", p.symbol),
-        });
-        let each = mass.into_iter().chain(parameters);
-        let each: Vec<String> = each.map(|text| unbroken(&text)).collect();
-        lines.deeper(|lines| lines.sentence(each.join(", ")));
-    }
+        }
+    });
+}
+
+/// The inertia of a form where it has its own, and its parameters.
+fn parameters_in_a_row(form: &Fitted, units: &Units) -> String {
+    let inertia = form.inertia;
+    let mass = inertia.value.is_finite();
+    let mass = mass.then(|| match inertia.is_positive() {
+        true => format!("M = {} {}", with_error(inertia), units.inertia()),
+        false => "M not identifiable".to_owned(),
+    });
+    let parameters = form.parameters.iter().map(|p| match p.identifiable {
+        true => {
+            let unit = units.of_curve(p.unit, form.form.is_stiffness());
+            format!("{} = {} {unit}", p.symbol, with_error(estimate(p)))
+        }
+        false => format!("{} not identifiable", p.symbol),
+    });
+    let each = mass.into_iter().chain(parameters);
+    let each: Vec<String> = each.map(|text| unbroken(&text)).collect();
+    each.join(", ")
 }
 
 /// The distance of a form from the free curve, then its test.

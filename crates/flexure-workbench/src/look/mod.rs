@@ -6,6 +6,7 @@ mod joint_trial;
 mod page;
 mod preparations;
 mod roles;
+mod signals;
 mod suggestion;
 mod text;
 

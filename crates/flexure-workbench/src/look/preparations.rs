@@ -3,14 +3,59 @@
 use std::ops::Range;
 
 use flexure::look::{Clock, Column, Look};
+use flexure::preparation::LONGEST_GAP;
 use flexure::text::counted;
 use flexure_io::RecordFile;
 
 use super::suggestion::Suggestion;
 use super::text::plain;
+use crate::preparation::{Columns, Cut, Preparation};
 
-/// The longest gap that resampling interpolates by default, in samples.
-const FILLED: usize = 3;
+/// A preparation that a record needs, and why.
+pub(super) struct Repair {
+    /// The steps.
+    pub steps: Preparation,
+    /// What they are for, in a sentence.
+    pub why: String,
+    /// What else should be known, one sentence each.
+    pub notes: Vec<String>,
+}
+
+impl Repair {
+    fn new(steps: Preparation, why: String) -> Self {
+        Repair {
+            steps,
+            why,
+            notes: Vec::new(),
+        }
+    }
+
+    /// The command that prepares the record.
+    pub fn command(self) -> Suggestion {
+        let cut = match self.steps.cut {
+            Some(Cut::Samples([from, to])) => {
+                let end = |end: Option<usize>| end.map_or_else(String::new, |end| end.to_string());
+                Some(("cut-samples", format!("{}:{}", end(from), end(to))))
+            }
+            _ => None,
+        };
+        let options = cut.into_iter().chain(self.steps.repeated());
+        let options: Vec<String> = options.flat_map(|(name, value)| [format!("--{name}"), value]).collect();
+        let typed: Vec<&str> = options.iter().map(String::as_str).chain(["-o", PREPARED]).collect();
+        Suggestion {
+            notes: self.notes,
+            ..Suggestion::new("prepare", &typed, self.why)
+        }
+    }
+}
+
+/// Keeps the samples from the first to the one before the second.
+fn only(part: &Range<usize>) -> Option<Cut> {
+    Some(Cut::Samples([Some(part.start), Some(part.end)]))
+}
+
+/// What stands for the output file of a preparation.
+pub(super) const PREPARED: &str = "prepared.csv";
 
 /// The longest gap that is interpolated before an identification, in samples. Convention.
 const LONGEST_FILLED: usize = 10;
@@ -32,29 +77,31 @@ pub(super) fn are_wild(column: &Column, file: &RecordFile) -> bool {
     of_outliers > 0.5 * column.deviation.powi(2) * column.samples as f64
 }
 
-/// The names, joined as an option takes them.
-fn joined(columns: &[&Column]) -> String {
-    let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
-    names.join(",")
+/// The columns, as a step takes them.
+fn named(columns: &[&Column]) -> Columns {
+    Columns::Named(columns.iter().map(|column| column.name.clone()).collect())
 }
 
 /// A preparation that interpolates these columns' outliers, since they hide dependences; `None` without outliers.
-pub(super) fn without_outliers(columns: &[&Column]) -> Option<Suggestion> {
+pub(super) fn without_outliers(columns: &[&Column]) -> Option<Repair> {
     let runs = columns.iter().flat_map(|c| c.outliers.chunk_by(|a, b| a + 1 == *b));
     let longest = runs.map(<[usize]>::len).max()?;
     let count = columns.iter().map(|column| column.outliers.len()).sum();
-    let (names, fill) = (joined(columns), longest.to_string());
     let why = match count {
-        1 => "An outlier hides what depends on what. This interpolates it.".to_owned(),
-        _ => format!("{count} outliers hide what depends on what. This interpolates them."),
+        1 => "An outlier hides what depends on what. It is interpolated.".to_owned(),
+        _ => format!("{count} outliers hide what depends on what. They are interpolated."),
     };
-    let options = ["--outliers", &names, "--fill", &fill, "-o", "prepared.csv"];
-    Some(Suggestion::new("prepare", &options, why))
+    let steps = Preparation {
+        outliers: Some(named(columns)),
+        fill: Some(longest),
+        ..Preparation::default()
+    };
+    Some(Repair::new(steps, why))
 }
 
 /// A preparation that cuts off the rows of a logger which ran before its machine did: no signal changes in them, and then several jump
 /// farther than they ever do later.
-pub(super) fn without_dead_start(look: &Look, file: &RecordFile) -> Option<Suggestion> {
+pub(super) fn without_dead_start(look: &Look, file: &RecordFile) -> Option<Repair> {
     // Both have the columns in the same order; to find each by its name would take long where there are many.
     let columns = look.columns.iter().zip(file.record.columns()).enumerate();
     let signals = columns.filter(|(i, (column, _))| Some(*i) != look.time && column.is_signal());
@@ -72,8 +119,17 @@ pub(super) fn without_dead_start(look: &Look, file: &RecordFile) -> Option<Sugge
     let why = format!(
         "In the first {dead} samples no signal changes, and then several jump: the logger ran before the machine did. This cuts them off."
     );
-    let options = ["--cut-samples", &format!("{dead}:"), "-o", "prepared.csv"];
-    Some(Suggestion::new("prepare", &options, why))
+    let steps = Preparation {
+        cut: Some(Cut::Samples([Some(dead), None])),
+        ..Preparation::default()
+    };
+    Some(Repair::new(steps, why))
+}
+
+/// The command for a record whose samples are evenly spaced behind uneven stamps.
+pub(super) fn even_stamps(sample_time: f64) -> Suggestion {
+    let why = "The stamps jitter, but the samples are evenly spaced. This gives them even stamps.".to_owned();
+    Suggestion::new("prepare", &["--sample-time", &plain(sample_time), "-o", PREPARED], why)
 }
 
 /// A preparation of a record whose samples are not evenly spaced; inputs that hold their values, or have few, hold them between samples too.
@@ -83,31 +139,18 @@ pub(super) fn even_spacing(
     clock: &Clock,
     sample_time: f64,
     inputs: &[usize],
-) -> Suggestion {
-    if even_behind_stamps(look, file).is_some() {
-        let why = "The stamps jitter, but the samples are evenly spaced. This gives them even stamps.".to_owned();
-        return Suggestion::new(
-            "prepare",
-            &["--sample-time", &plain(sample_time), "-o", "prepared.csv"],
-            why,
-        );
-    }
+) -> Repair {
     let samples = (look.time).map_or(0, |i| look.columns[i].samples + look.columns[i].missing);
     let stretch = longest_stretch(clock, samples);
     let repeats = has_repeated_rows_only(look, file, clock);
     let cuts = stretch.len() < samples && !(loses_few(clock) && (clock.backwards.is_empty() || repeats));
     let wild: Vec<&Column> = with_outliers(look).into_iter().filter(|c| are_wild(c, file)).collect();
-    let (part, outliers) = (format!("{}:{}", stretch.start, stretch.end), joined(&wild));
-    let mut options: Vec<&str> = Vec::new();
-    if cuts {
-        options.extend(["--cut-samples", &part]);
-    }
-    if !outliers.is_empty() {
-        options.extend(["--outliers", &outliers]);
-    }
     let resampling = resampling(look, clock, sample_time, inputs, cuts);
-    options.extend(resampling.iter().map(String::as_str));
-    options.extend(["-o", "prepared.csv"]);
+    let steps = Preparation {
+        cut: cuts.then(|| only(&stretch)).flatten(),
+        outliers: (!wild.is_empty()).then(|| named(&wild)),
+        ..resampling
+    };
     let why = match clock.jitter > Clock::UNIFORM || !clock.backwards.is_empty() {
         _ if !parts(look, file, clock).is_empty() => {
             "The clock starts again within the log, and every identification needs one part of it."
@@ -118,9 +161,9 @@ pub(super) fn even_spacing(
         true => "The samples are not evenly spaced, which every identification needs.",
         false => "Samples are lost, and every identification needs all of them, evenly spaced.",
     };
-    let mut suggestion = Suggestion::new("prepare", &options, why.to_owned());
-    let notes = &mut suggestion.notes;
-    if !outliers.is_empty() {
+    let mut repair = Repair::new(steps, why.to_owned());
+    let notes = &mut repair.notes;
+    if !wild.is_empty() {
         notes.push("Outliers become missing samples, and are interpolated.".to_owned());
     }
     match cuts {
@@ -129,7 +172,8 @@ pub(super) fn even_spacing(
             stretch.len()
         )),
         false if clock.gaps.is_empty() && clock.backwards.is_empty() => notes.push(format!(
-            "If only the stamps jitter, and the samples are evenly spaced, say --sample-time {0} in place of --resample {0}.",
+            "If only the stamps jitter, and the samples are evenly spaced: flexure prepare FILE --sample-time {} -o {PREPARED} gives them even \
+             stamps.",
             plain(sample_time)
         )),
         false if !clock.gaps.is_empty() => {
@@ -138,7 +182,7 @@ pub(super) fn even_spacing(
         }
         false => {}
     }
-    suggestion
+    repair
 }
 
 /// A clock that goes back by more steps than this may have started again. As many samples have instants of others then. Convention: fewer are
@@ -227,29 +271,25 @@ fn has_repeated_rows_only(look: &Look, file: &RecordFile, clock: &Clock) -> bool
     instants.is_some_and(|t| clock.backwards.iter().all(|&i| t[i] == t[i - 1]))
 }
 
-/// The options that resample; none where the part that is kept is evenly spaced.
-fn resampling(look: &Look, clock: &Clock, sample_time: f64, inputs: &[usize], cuts: bool) -> Vec<String> {
+/// The steps that resample; none where the part that is kept is evenly spaced.
+fn resampling(look: &Look, clock: &Clock, sample_time: f64, inputs: &[usize], cuts: bool) -> Preparation {
     if clock.jitter <= Clock::UNIFORM && cuts {
-        return Vec::new();
+        return Preparation::default();
     }
-    let mut options = vec!["--resample".to_owned(), plain(sample_time)];
     // A lost sample leaves none on its two sides, at new instants, either.
     let lost = clock.gaps.iter().map(|gap| (gap.steps - 0.5).ceil() as usize + 1).max();
-    if let Some(lost) = lost.filter(|lost| *lost > FILLED && !cuts) {
-        options.extend(["--fill".to_owned(), lost.to_string()]);
+    let held = (inputs.iter().map(|&i| &look.columns[i])).filter(|column| column.held || column.levels.is_some());
+    Preparation {
+        resample: plain(sample_time).parse().ok(),
+        fill: lost.filter(|lost| *lost > LONGEST_GAP && !cuts),
+        held: held.map(|column| column.name.clone()).collect(),
+        ..Preparation::default()
     }
-    let held: Vec<&Column> = (inputs.iter().map(|&i| &look.columns[i]))
-        .filter(|column| column.held || column.levels.is_some())
-        .collect();
-    if !held.is_empty() {
-        options.extend(["--hold".to_owned(), joined(&held)]);
-    }
-    options
 }
 
 /// A preparation of a record with columns that miss samples which the identification needs: short gaps are interpolated; otherwise the
 /// longest part without a gap is kept.
-pub(super) fn repair(look: &Look, file: &RecordFile, columns: &[usize]) -> Suggestion {
+pub(super) fn without_gaps(look: &Look, file: &RecordFile, columns: &[usize]) -> Repair {
     let names: Vec<String> = columns.iter().map(|i| format!("'{}'", look.columns[*i].name)).collect();
     let samples = columns
         .iter()
@@ -266,24 +306,30 @@ pub(super) fn repair(look: &Look, file: &RecordFile, columns: &[usize]) -> Sugge
     };
     let (gap, complete) = (longest(true).len(), longest(false));
     let ends = [missing.first(), missing.last()].contains(&Some(&true));
-    let (fill, part) = (gap.to_string(), format!("{}:{}", complete.start, complete.end));
-    let options = match gap <= LONGEST_FILLED && !ends {
-        true => ["--fill", &fill, "-o", "prepared.csv"],
-        false => ["--cut-samples", &part, "-o", "prepared.csv"],
-    };
+    let fills = gap <= LONGEST_FILLED && !ends;
     let why = format!(
         "{} {} samples, which the identification needs.",
         names.join(", "),
         if names.len() == 1 { "misses" } else { "miss" }
     );
-    let mut suggestion = Suggestion::new("prepare", &options, why);
-    suggestion.notes.push(match options[0] {
-        "--fill" => "This interpolates the gaps, the longest of which has ".to_owned() + &counted(gap, "sample") + ".",
-        _ => format!(
+    let steps = Preparation {
+        cut: (!fills).then(|| only(&complete)).flatten(),
+        fill: fills.then_some(gap),
+        ..Preparation::default()
+    };
+    let note = match fills {
+        true => format!(
+            "This interpolates the gaps, the longest of which has {}.",
+            counted(gap, "sample")
+        ),
+        false => format!(
             "This keeps the longest part without a gap: {} of {} samples.",
             complete.len(),
             missing.len()
         ),
-    });
-    suggestion
+    };
+    Repair {
+        notes: vec![note],
+        ..Repair::new(steps, why)
+    }
 }

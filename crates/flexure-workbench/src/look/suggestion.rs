@@ -3,15 +3,18 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use flexure::look::{Column, Dependence, Direction, Kind, Look, Relation};
+use flexure::look::{Column, Look};
 use flexure::text::exact;
 use flexure_io::RecordFile;
 
 use super::Request;
 use super::joint;
 use super::joint_trial::Failure;
-use super::preparations::{are_wild, even_spacing, repair, with_outliers, without_dead_start, without_outliers};
-use super::roles::{Role, is_setpoint, role};
+use super::preparations::{
+    PREPARED, Repair, are_wild, even_behind_stamps, even_spacing, even_stamps, with_outliers, without_dead_start,
+    without_gaps, without_outliers,
+};
+use super::signals::{Signals, signals};
 use crate::text::quoted;
 
 /// With only this number of input levels, a nonlinearity cannot be distinguished from a straight line.
@@ -19,15 +22,10 @@ const TWO: usize = 2;
 /// Fewest samples for which an identification is suggested: what block structures need.
 const FEWEST: usize = 200;
 
-/// A column that follows another one with more than this coherent share is an output, or lies between that column and an output.
-/// Convention.
-const BETWEEN: f64 = 0.2;
-
 /// What stands for a sample time that the record does not tell.
 const UNKNOWN_TIME: &str = "SECONDS";
 
-/// What stands for the output file of a preparation, and the end of its name, after that of the log.
-const PREPARED: &str = "prepared.csv";
+/// The end of the name of a prepared file, after that of the log.
 const OF_PREPARED: &str = "-prepared";
 
 /// A command that fits the record.
@@ -126,16 +124,6 @@ fn reading_again(file: &RecordFile, look: &Look) -> Option<Suggestion> {
     Some(Suggestion::new("look", &["--missing-text", &joined], why))
 }
 
-/// The inputs and the output that an identification would take.
-pub(super) struct Signals {
-    pub inputs: Vec<usize>,
-    pub output: usize,
-    /// Other columns that depend on the inputs.
-    pub others: Vec<usize>,
-    /// How they were chosen, in a sentence.
-    pub why: String,
-}
-
 /// The command that fits a record, or why there is none; `None` if there is nothing to identify.
 pub(super) fn suggestion(
     file: &RecordFile,
@@ -159,203 +147,102 @@ pub(super) fn suggestion(
             }),
         );
     }
-    if look.clock.as_ref().is_none_or(|clock| clock.is_uniform)
-        && let Some(cut) = without_dead_start(look, file)
-    {
-        return (Some(cut.into_another(file)), None);
-    }
-    let signals = signals(request, look);
-    let held = signals.as_ref().map(|s| s.inputs.clone()).unwrap_or_default();
-    let suggestion = match joint::suggestion(file, request, look, sample_time) {
-        joint::Outcome::Fits(joint) => Some(joint),
-        joint::Outcome::Fails(failure) => return (None, Some(failure)),
-        joint::Outcome::None => match signals {
-            Some(signals) => identification(look, request, &signals, file),
-            None => without_outliers(&with_outliers(look)),
-        },
+    let next = match next(file, request, look, sample_time, look) {
+        Ok(next) => next,
+        Err(failure) => return (None, Some(failure)),
     };
-    let suggestion = suggestion.map(|suggestion| match (&look.clock, sample_time) {
-        (Some(clock), Some(step)) if !clock.is_uniform => even_spacing(look, file, clock, step, &held),
-        _ => suggestion,
+    let suggestion = next.map(|next| match next {
+        Next::Identify(suggestion, _) | Next::Other(suggestion) => suggestion,
+        Next::Repair(repair) => at_once(&repair, file, request, look).unwrap_or_else(|| repair.command()),
     });
     (suggestion.map(|suggestion| suggestion.into_another(file)), None)
 }
 
-/// The signals: the given columns, otherwise by their names, otherwise by their dependences.
-pub(super) fn signals(request: &Request, look: &Look) -> Option<Signals> {
-    let index = |name: &str| look.columns.iter().position(|c| c.name == name);
-    let usable: Vec<usize> = (0..look.columns.len())
-        .filter(|i| Some(*i) != look.time && look.columns[*i].is_signal())
-        .collect();
-    let given: Vec<usize> = request.inputs.iter().filter_map(|name| index(name)).collect();
-    let output = request.output.and_then(index);
-    if let (false, Some(output)) = (given.is_empty(), output) {
-        return Some(Signals {
-            inputs: given,
-            output,
-            others: Vec::new(),
-            why: "You named the columns.".to_owned(),
-        });
-    }
-    let named = |wanted: Role| -> Vec<usize> {
-        // A second output with another number, such as y0 in addition to y, may be the output without noise.
-        let of = |number: &dyn Fn(&str) -> bool| -> Vec<usize> {
-            let says = |i: &&usize| role(&look.columns[**i].name).is_some_and(|(r, n)| r == wanted && number(n));
-            usable.iter().filter(says).copied().collect()
-        };
-        match of(&|n| n.is_empty()) {
-            plain if !plain.is_empty() => plain,
-            _ => of(&|n| !n.is_empty()),
-        }
-    };
-    let (inputs, outputs) = (named(Role::Input), named(Role::Output));
-    let inputs = if given.is_empty() { inputs } else { given.clone() };
-    let outputs = output.map_or(outputs, |o| vec![o]);
-    if let (false, [output, others @ ..]) = (inputs.is_empty(), &outputs[..]) {
-        return Some(Signals {
-            inputs,
-            output: *output,
-            others: others.to_vec(),
-            why: match given.is_empty() && request.output.is_none() {
-                true => "The columns' names say which is the input and which the output.".to_owned(),
-                false => "You named a column; the other one is named as its counterpart.".to_owned(),
-            },
-        });
-    }
-    // A setpoint acts through what its controller does.
-    let is_target = |i: &usize| is_setpoint(&look.columns[*i].name) && !given.contains(i) && output != Some(*i);
-    let (targets, others): (Vec<usize>, Vec<usize>) = usable.iter().partition(|i| is_target(i));
-    let without = (!targets.is_empty())
-        .then(|| by_dependence(look, &others, &given, output))
-        .flatten();
-    let left_out = |signals: Signals| {
-        let names = quoted(targets.iter().map(|i| look.columns[*i].name.as_str()));
-        let why = format!("{} Left out: {names}, by name what a controller aims at.", signals.why);
-        Signals { why, ..signals }
-    };
-    without
-        .map(left_out)
-        .or_else(|| by_dependence(look, &usable, &given, output))
+/// What is to be done next.
+enum Next {
+    /// An identification, and the columns that it connects.
+    Identify(Suggestion, Vec<String>),
+    /// A preparation.
+    Repair(Box<Repair>),
+    /// Another command.
+    Other(Suggestion),
 }
 
-/// Inputs and output by their dependences: the output follows others most, and others follow it least.
-fn by_dependence(look: &Look, usable: &[usize], given: &[usize], output: Option<usize>) -> Option<Signals> {
-    let order = Order { look, usable, given };
-    let best = output.or_else(|| order.last())?;
-    let inputs = order.inputs(best);
-    if inputs.is_empty() {
+/// Says what is to be done with a record after a look at it. `raw` is the look at it before any preparation, which has the inputs' levels.
+fn next(
+    file: &RecordFile,
+    request: &Request,
+    look: &Look,
+    sample_time: Option<f64>,
+    raw: &Look,
+) -> Result<Option<Next>, Failure> {
+    if look.clock.as_ref().is_none_or(|clock| clock.is_uniform)
+        && let Some(cut) = without_dead_start(look, file)
+    {
+        return Ok(Some(Next::Repair(cut.into())));
+    }
+    let signals = signals(request, look).map(|signals| match request.inputs.is_empty() {
+        true => signals.with_weak_inputs(look, &file.record),
+        false => signals,
+    });
+    let held = signals.as_ref().map(|s| s.inputs.clone()).unwrap_or_default();
+    let next = match joint::suggestion(file, request, look, sample_time) {
+        joint::Outcome::Fits(joint) => Some(Next::Other(joint)),
+        joint::Outcome::Fails(failure) => return Err(failure),
+        joint::Outcome::None => match signals {
+            Some(signals) => identification(look, request, &signals, file, raw),
+            None => without_outliers(&with_outliers(look)).map(|repair| Next::Repair(repair.into())),
+        },
+    };
+    Ok(next.map(|next| match (&look.clock, sample_time) {
+        (Some(clock), Some(step)) if !clock.is_uniform => match even_behind_stamps(look, file) {
+            Some(_) => Next::Other(even_stamps(step)),
+            None => Next::Repair(even_spacing(look, file, clock, step, &held).into()),
+        },
+        _ => next,
+    }))
+}
+
+/// The identification with these steps before it, in one command, where what the steps leave can be identified: a look at that says how. Later
+/// records are then prepared as this one is.
+fn at_once(repair: &Repair, file: &RecordFile, request: &Request, look: &Look) -> Option<Suggestion> {
+    if repair.steps.cut.is_some() || (repair.steps.resample.is_some() && request.sample_time.is_some()) {
         return None;
     }
-    let is_ordered = (order.dependences()).any(|d| d.effect == best && d.direction == Direction::Forward);
-    let is_named = output.is_some() || !given.is_empty();
-    let names: Vec<&str> = inputs.iter().map(|i| look.columns[*i].name.as_str()).collect();
-    let is_other = |i: usize| order.is_output(i, best) || (i != best && order.lies_between(i, best));
-    Some(Signals {
-        others: (usable.iter().copied())
-            .filter(|&i| is_other(i) && !inputs.contains(&i))
-            .collect(),
-        why: why(&look.columns[best].name, &names, is_ordered, is_named),
-        inputs,
-        output: best,
+    let time = request.time.map(|(name, _)| name);
+    let columns: Vec<&str> = (look.columns.iter().enumerate())
+        .filter(|(i, column)| Some(*i) != look.time && column.is_signal())
+        .map(|(_, column)| column.name.as_str())
+        .collect();
+    let (prepared, _) = repair.steps.of_file(file, time, &columns).ok()?;
+    let request = Request {
+        time: time.map(|name| (name, 1.0)),
+        ..*request
+    };
+    let sample_time = repair.steps.resample.or(request.sample_time);
+    let after = flexure::look::look(&prepared.record, time, sample_time).ok()?;
+    let Ok(Some(Next::Identify(suggestion, columns))) = next(&prepared, &request, &after, sample_time, look) else {
+        return None;
+    };
+    let steps = repair.steps.only_for(&columns);
+    let steps = steps
+        .repeated()
+        .into_iter()
+        .flat_map(|(name, value)| [format!("--{name}"), value]);
+    let end = suggestion.options.iter().position(|option| option == "-o");
+    let mut options = suggestion.options;
+    let end = end.unwrap_or(options.len());
+    options.splice(end..end, steps);
+    let reasons = [repair.why.clone()].into_iter().chain(repair.notes.iter().cloned());
+    Some(Suggestion {
+        options,
+        notes: reasons.chain(suggestion.notes).collect(),
+        ..suggestion
     })
 }
 
-/// Which columns follow which, of those that are `usable`; the user named the inputs `given`.
-struct Order<'a> {
-    look: &'a Look,
-    usable: &'a [usize],
-    given: &'a [usize],
-}
-
-impl<'a> Order<'a> {
-    /// The dependences, without those of columns that are multiples of others.
-    fn dependences(&self) -> impl Iterator<Item = &'a Dependence> + use<'a> {
-        let look = self.look;
-        let is_multiple = move |i: usize| {
-            (look.relations.iter()).any(|k| k.column == i && matches!(k.relation, Relation::Multiple { .. }))
-        };
-        (look.dependences.iter()).filter(move |d| !is_multiple(d.cause) && !is_multiple(d.effect))
-    }
-
-    /// How strongly a column follows others, and how strongly others follow it.
-    fn follows(&self, i: usize) -> (f64, f64) {
-        let strength = |d: &Dependence| match d.kind {
-            Kind::Linear => d.coherent.max(f64::MIN_POSITIVE),
-            Kind::Square => d.correlation.powi(2),
-        };
-        let towards = (self.dependences())
-            .filter(|d| d.effect == i && !self.given.contains(&i))
-            .filter(|d| d.kind == Kind::Square || d.direction != Direction::AtOnce || self.usable.len() == 2)
-            .map(strength);
-        let away = (self.dependences())
-            .filter(|d| d.cause == i && d.direction == Direction::Forward)
-            .map(strength);
-        (towards.fold(0.0, f64::max), away.fold(0.0, f64::max))
-    }
-
-    /// The column that follows others most, after the named inputs if there are any; among equals, the last one.
-    fn last(&self) -> Option<usize> {
-        let leads = |i: usize, to: usize| self.dependences().any(|d| d.cause == i && d.effect == to);
-        let is_behind = |i: usize| self.given.is_empty() || self.given.iter().any(|g| leads(*g, i));
-        let candidates = self.usable.iter().copied().filter(|i| !self.given.contains(i));
-        let scored = candidates.filter(|i| is_behind(*i)).filter_map(|i| {
-            let (towards, away) = self.follows(i);
-            (towards > 0.0).then_some((towards - away, i))
-        });
-        scored.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, i)| i)
-    }
-
-    /// The named inputs; otherwise all columns that lead to others and have no other role. A missing input does more harm than one without
-    /// effect.
-    fn inputs(&self, output: usize) -> Vec<usize> {
-        if !self.given.is_empty() {
-            return self.given.to_vec();
-        }
-        let leads = |i: usize| self.dependences().any(|d| d.cause == i);
-        let is_derivative = |i: usize| self.look.relations.iter().any(|k| k.column == i);
-        let is_input = |&i: &usize| {
-            i != output && leads(i) && !self.is_output(i, output) && !self.lies_between(i, output) && !is_derivative(i)
-        };
-        let inputs: Vec<usize> = self.usable.iter().copied().filter(is_input).collect();
-        if inputs.is_empty() {
-            let causes = self.dependences().filter(|d| d.effect == output).map(|d| d.cause);
-            return causes.filter(|cause| self.usable.contains(cause)).take(1).collect();
-        }
-        inputs
-    }
-
-    /// Whether a column follows others and leads none: it is another output.
-    fn is_output(&self, i: usize, best: usize) -> bool {
-        let (towards, away) = self.follows(i);
-        i != best && towards > BETWEEN && away == 0.0
-    }
-
-    /// Whether a column follows another one with a delay: it lies between that and the output.
-    fn lies_between(&self, i: usize, output: usize) -> bool {
-        self.dependences().any(|d| {
-            let is_later = d.block == 1 && d.delay > 0 && d.direction == Direction::Forward;
-            d.effect == i && d.cause != output && is_later && d.coherent > BETWEEN
-        })
-    }
-}
-
-/// Why this column is the output: whether the lags show an order, and whether the user named a column.
-fn why(output: &str, inputs: &[&str], is_ordered: bool, is_named: bool) -> String {
-    match (is_ordered, is_named) {
-        (_, true) => "You named a column; the data show what it belongs to.".to_owned(),
-        (true, _) => format!(
-            "'{output}' follows {} and leads none: it is taken as the output.",
-            quoted(inputs.iter().copied())
-        ),
-        (false, _) => {
-            "The lags do not tell which column is the cause: the order of the columns was taken. Swap --input and --output if that is wrong."
-                .to_owned()
-        }
-    }
-}
-
-/// An identification of a block model.
-fn identification(look: &Look, request: &Request, signals: &Signals, file: &RecordFile) -> Option<Suggestion> {
+/// An identification of a block model, or what it needs before.
+fn identification(look: &Look, request: &Request, signals: &Signals, file: &RecordFile, raw: &Look) -> Option<Next> {
     let name = |i: &usize| look.columns[*i].name.as_str();
     let output = &look.columns[signals.output];
     if output.samples < FEWEST {
@@ -365,20 +252,21 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
     let incomplete = |i: usize| look.columns[i].samples < file.record.len();
     let gaps: Vec<usize> = signals.inputs.iter().copied().filter(|i| incomplete(*i)).collect();
     if !gaps.is_empty() {
-        return Some(repair(look, file, &gaps));
+        return Some(Next::Repair(without_gaps(look, file, &gaps).into()));
     }
     if are_wild(output, file) {
-        return without_outliers(&[output]);
+        return without_outliers(&[output]).map(|repair| Next::Repair(repair.into()));
     }
     let inputs: Vec<&str> = signals.inputs.iter().map(name).collect();
     let joined = inputs.join(",");
     let mut options = vec!["--input", &joined, "--output", &output.name];
     let mut why = signals.why.clone();
-    let levels = signals
-        .inputs
+    let column = |name: &&str| raw.columns.iter().find(|column| column.name == *name);
+    let mut levels = inputs
         .iter()
-        .map(|&i| look.columns[i].levels.as_ref().map(Vec::len));
-    let few = levels.flatten().any(|levels| levels <= TWO);
+        .filter_map(column)
+        .filter_map(|column| column.levels.as_ref());
+    let few = levels.any(|levels| levels.len() <= TWO);
     let (structure, because) = structure(several, few);
     options.extend(structure.into_iter().flatten());
     why.push_str(because);
@@ -409,7 +297,8 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
         let others = others.join(", ");
         notes.push(format!("{others} may be {are} too: --output takes one at a time."));
     }
-    Some(suggestion)
+    let connected = signals.inputs.iter().chain([&signals.output]).map(name);
+    Some(Next::Identify(suggestion, connected.map(str::to_owned).collect()))
 }
 
 /// The options for the structure, and why; `few` says whether an input has two levels at most.

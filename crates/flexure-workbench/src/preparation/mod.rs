@@ -12,6 +12,7 @@
 //! 8. **means** and **trends** of the result are subtracted.
 
 mod merge;
+mod repeated;
 mod steps;
 mod table;
 mod units;
@@ -82,6 +83,8 @@ pub struct Preparation {
     pub longest_gap: usize,
     /// The same if nothing is resampled; 0 by default.
     pub fill: Option<usize>,
+    /// The column whose missing samples stay missing, as an output that an identification leaves out where it misses.
+    pub unfilled: Option<String>,
     /// The low-pass for all columns.
     pub low_pass: Option<LowPass>,
     /// The columns whose mean is taken off.
@@ -102,6 +105,7 @@ impl Default for Preparation {
             held: Vec::new(),
             longest_gap: LONGEST_GAP,
             fill: None,
+            unfilled: None,
             low_pass: None,
             remove_mean: None,
             detrend: None,
@@ -201,7 +205,7 @@ impl Preparation {
         if let Some(longest) = self.fill
             && !resampled(done)
         {
-            steps::fill(table, longest, done);
+            steps::fill(table, longest, self.unfilled.as_deref(), done);
         }
         if let Some(filter) = self.low_pass {
             steps::low_pass(table, filter, done)?;

@@ -204,8 +204,12 @@ pub(super) fn resample(
     let before = table.len();
     check_computed(grid.samples, table.columns.len() + 1)?;
     let Some(t) = table.instants.take() else { return Ok(()) };
+    let longest_gap = |column: &Column| match preparation.unfilled.as_ref() == Some(&column.name) {
+        true => 0,
+        false => preparation.longest_gap,
+    };
     let bridged: Vec<String> = (table.columns.iter())
-        .filter_map(|column| bridged(column, preparation.longest_gap))
+        .filter_map(|column| bridged(column, longest_gap(column)))
         .collect();
     for column in &mut table.columns {
         let resampling = Resampling {
@@ -213,7 +217,7 @@ pub(super) fn resample(
                 true => Between::Held,
                 false => Between::Smooth,
             },
-            longest_gap: preparation.longest_gap,
+            longest_gap: longest_gap(column),
         };
         column.samples = resampling.resample(&t, &column.samples, &grid)?;
     }
@@ -279,10 +283,14 @@ fn is_or_are(count: usize) -> &'static str {
     if count == 1 { "is" } else { "are" }
 }
 
-pub(super) fn fill(table: &mut Table, longest_gap: usize, done: &mut Vec<Done>) {
-    let filled = table.fill(longest_gap);
+pub(super) fn fill(table: &mut Table, longest_gap: usize, unfilled: Option<&str>, done: &mut Vec<Done>) {
+    let filled = table.fill(longest_gap, unfilled);
     for (column, [filled, missing]) in table.columns.iter().zip(filled) {
         if filled + missing == 0 {
+            continue;
+        }
+        if unfilled == Some(column.name.as_str()) {
+            done.extend(still_missing(column).map(|text| Done { step: "fill", text }));
             continue;
         }
         let mut text = format!(

@@ -151,7 +151,15 @@ impl Table {
     /// # Errors
     /// Where another column is called `t` too.
     pub fn record(&self) -> Result<(Record, Vec<Option<String>>)> {
-        let instants = self.instants.iter().map(|instants| ("t", instants.clone()));
+        self.record_over("t")
+    }
+
+    /// The columns as a record, the instants first as the column of this name, and their units.
+    ///
+    /// # Errors
+    /// Where another column has that name too.
+    pub(super) fn record_over(&self, time: &str) -> Result<(Record, Vec<Option<String>>)> {
+        let instants = self.instants.iter().map(|instants| (time, instants.clone()));
         let columns = self
             .columns
             .iter()
@@ -163,12 +171,12 @@ impl Table {
         Ok((Record::new(instants.chain(columns))?, units))
     }
 
-    /// Interpolates short gaps of every column; returns how many samples were interpolated and how many are still missing, by column.
-    pub(super) fn fill(&mut self, longest_gap: usize) -> Vec<[usize; 2]> {
+    /// Interpolates short gaps of every column but one; returns how many samples were interpolated and how many are still missing, by column.
+    pub(super) fn fill(&mut self, longest_gap: usize, unfilled: Option<&str>) -> Vec<[usize; 2]> {
         let missing = |x: &[f64]| x.iter().filter(|x| !x.is_finite()).count();
         let of = |column: &mut Column| {
             let before = missing(&column.samples);
-            if before > 0 {
+            if before > 0 && unfilled != Some(column.name.as_str()) {
                 column.samples = fill(&column.samples, longest_gap);
             }
             let after = missing(&column.samples);

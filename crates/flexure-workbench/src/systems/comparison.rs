@@ -12,10 +12,22 @@ use crate::lines::{Lines, Tone};
 const DIVERGES: f64 = -1000.0;
 
 /// The answer, in short.
-fn answer(comparison: &StructureComparison) -> &'static str {
-    comparison
-        .supported
-        .map_or("none of these", |structure| structure.title)
+fn answer(comparison: &StructureComparison) -> String {
+    let Some(structure) = comparison.supported else {
+        let nearest = nearest(comparison).map_or(String::new(), |nearest| format!("; {nearest}"));
+        return format!("none of these{nearest}");
+    };
+    structure.title.to_owned()
+}
+
+/// The chosen structure and its fit, where no structure is supported and the fit means anything.
+fn nearest(comparison: &StructureComparison) -> Option<String> {
+    let chosen = comparison
+        .candidates
+        .iter()
+        .find(|c| c.structure == comparison.chosen)?;
+    let fit = chosen.fit_percent;
+    (fit > 0.0).then(|| format!("{} comes nearest, fit {fit:.1} %", comparison.chosen))
 }
 
 /// The reservation about the chosen model if the data support no structure.
@@ -123,7 +135,8 @@ pub fn show_on(comparison: &StructureComparison, page: &mut Page) {
             format!("The data support {} equally", joined(&titles))
         }
         None if comparison.candidates.iter().all(|c| !c.refuted_by.is_empty()) => {
-            "None of these structures: the data refute them all".to_owned()
+            let nearest = nearest(comparison).map_or(String::new(), |nearest| format!("; {nearest}"));
+            format!("None of these structures holds exactly{nearest}")
         }
         None => "None of these structures is supported by the data".to_owned(),
     };

@@ -186,11 +186,20 @@ pub fn linear_text(block: &LinearBlock, sample_time: Option<f64>) -> String {
         true => format!("static gain {}", number(block.system.static_gain())),
         false => "no static gain, as it integrates".to_owned(),
     };
-    let seconds = sample_time
-        .filter(|_| block.delay() > 0)
-        .map(|step| block.delay() as f64 * step);
-    let seconds = seconds.map_or(String::new(), |seconds| format!(" ({} s)", decimal(seconds)));
-    format!("order {}, delay {}{seconds}, {gain}", block.order(), block.delay())
+    let in_seconds = sample_time.map_or(String::new(), |step| {
+        let seconds = |samples: usize| decimal(samples as f64 * step);
+        match block.delay() {
+            0 => String::new(),
+            1 => format!(" ({} s)", seconds(1)),
+            // Where an input is held, a sample shows it one step later even without a dead time.
+            delay => format!(
+                " ({} s; a dead time of {} to {0} s where the input is held)",
+                seconds(delay),
+                seconds(delay - 1)
+            ),
+        }
+    });
+    format!("order {}, delay {}{in_seconds}, {gain}", block.order(), block.delay())
 }
 
 /// The coefficients that are not zero, each with its standard error where there is one: `b_k` weights the input of k samples ago,

@@ -76,10 +76,12 @@ impl Clock {
     /// Instants without gaps are always evenly spaced if their jitter, in steps, is at most this.
     pub const UNIFORM: f64 = 0.1;
 
-    /// The sample time: the mean step for instants without gaps, since printed instants are rounded; otherwise the median.
+    /// The sample time: the mean step for instants without gaps, since printed instants are rounded, and for those that jitter, with the
+    /// samples that fit into the gaps; otherwise the median.
     pub fn usual_step(&self, samples: usize) -> f64 {
-        match self.gaps.is_empty() && self.backwards.is_empty() && self.missing == 0 && samples > 1 {
-            true => self.duration / (samples - 1) as f64,
+        let is_mean = self.gaps.is_empty() || self.jitter > Self::UNIFORM;
+        match is_mean && self.backwards.is_empty() && self.missing == 0 && samples > 1 {
+            true => self.duration / ((samples - 1) as f64 + self.lost()),
             false => self.step,
         }
     }

@@ -1,8 +1,8 @@
 //! A column by itself: its range, missing samples, levels, standstill at an extreme, and outliers.
 
 use super::limits::{
-    FEWEST_SAMPLES, HELD, MOST_OUTLIERS, OUTLIER, OUTLIER_SIZE, ROUNDING, STOP_HELD, STOP_RATIO, STOP_RUN, STOP_SHARE,
-    STOP_STEPS,
+    FEWEST_SAMPLES, HELD, MOST_OUTLIERS, OUTLIER, OUTLIER_JUMP, OUTLIER_SIZE, ROUNDING, STOP_HELD, STOP_RATIO,
+    STOP_RUN, STOP_SHARE, STOP_STEPS,
 };
 use super::quantisation::Quantisation;
 use super::spectrum::Spectrum;
@@ -160,6 +160,30 @@ fn stop(samples: &[f64], sorted: &[f64], extreme: f64, step: f64) -> Option<Stop
     })
 }
 
+/// Those of these places whose values jump and return: their group is on one side of the values before and after it, and farther from both than
+/// [`OUTLIER_JUMP`] of the changes around. A smooth signal follows the median of five, but at the turns; these are farther from it than all else.
+fn jumping(values: &[f64], places: &[usize]) -> Vec<usize> {
+    let groups = places.chunk_by(|a, b| a + 1 == *b);
+    let jump = groups.flat_map(|group| {
+        let (first, end) = (group[0], group[group.len() - 1] + 1);
+        let (before, after) = (
+            &values[first.saturating_sub(3)..first],
+            &values[end..(end + 3).min(values.len())],
+        );
+        let changes = before.windows(2).chain(after.windows(2)).map(|w| (w[1] - w[0]).abs());
+        let usual = OUTLIER_JUMP * changes.fold(0.0, f64::max);
+        let jumps = move |k: &&usize| {
+            let beyond = |sign: f64| {
+                let mut borders = before.last().into_iter().chain(after.first());
+                borders.all(|border| sign * (values[**k] - border) > usual)
+            };
+            beyond(1.0) || beyond(-1.0)
+        };
+        group.iter().filter(jumps)
+    });
+    jump.copied().collect()
+}
+
 /// The outliers (Hampel 1974, about a running median of five, which preserves steps).
 fn standing_alone(column: &Column, samples: &[f64], bridged: &[f64]) -> Vec<usize> {
     // Each value that is held counts once.
@@ -178,7 +202,8 @@ fn standing_alone(column: &Column, samples: &[f64], bridged: &[f64]) -> Vec<usiz
     };
     let step = column.quantisation.map_or(0.0, |q| q.step);
     let found = outliers::far(&distances, OUTLIER, step).into_iter();
-    let found: Vec<usize> = found.filter(matters).map(|k| starts[k]).collect();
+    let found: Vec<usize> = found.filter(matters).collect();
+    let found: Vec<usize> = jumping(&values, &found).into_iter().map(|k| starts[k]).collect();
     match found.len() as f64 > MOST_OUTLIERS * bridged.len() as f64 {
         true => Vec::new(),
         false => found,

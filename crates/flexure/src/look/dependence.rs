@@ -82,16 +82,16 @@ pub struct Correlations {
 }
 
 /// A column at one time scale, whitened.
-struct Whitened {
-    signal: Option<Vec<f64>>,
+pub(super) struct Whitened {
+    pub signal: Option<Vec<f64>>,
     square: Option<Vec<f64>>,
 }
 
 /// A time scale: means of this many samples.
-struct TimeScale {
-    block: usize,
+pub(super) struct TimeScale {
+    pub block: usize,
     /// The samples that are used.
-    range: std::ops::Range<usize>,
+    pub range: std::ops::Range<usize>,
 }
 
 /// The dependences among signals without missing samples, named by their indexes; the strongest evidence first.
@@ -125,7 +125,7 @@ pub(super) fn dependences(signals: &[(usize, &[f64])]) -> Vec<Dependence> {
 }
 
 /// The time scales of a record. If the record is long or has many pairs, only its middle is used.
-fn scales(samples: usize, pairs: usize) -> Vec<TimeScale> {
+pub(super) fn scales(samples: usize, pairs: usize) -> Vec<TimeScale> {
     let most = (MOST_WORK / pairs.max(1)).clamp(16 * FEWEST_BLOCKS, MOST_SAMPLES);
     let scale = |power| {
         let block = SCALE.pow(power);
@@ -147,7 +147,7 @@ pub(super) fn stretch(samples: usize, columns: usize) -> std::ops::Range<usize> 
 }
 
 /// A column and its square as whitened means of blocks; `None` for one that does not vary.
-fn whitened(samples: &[f64], block: usize) -> Whitened {
+pub(super) fn whitened(samples: &[f64], block: usize) -> Whitened {
     let deviations = about_mean(samples);
     let squares: Vec<f64> = deviations.iter().map(|v| v * v).collect();
     Whitened {
@@ -183,7 +183,7 @@ fn white(signal: &[f64]) -> Option<Vec<f64>> {
 }
 
 /// Correlations with their statistics; the lag of the first one is `first`.
-struct Statistics {
+pub(super) struct Statistics {
     first: i64,
     correlation: Vec<f64>,
     z: Vec<f64>,
@@ -192,7 +192,7 @@ struct Statistics {
 
 impl Statistics {
     /// The statistics at lags from 0 on, with b later.
-    fn from_zero(a: &[f64], b: &[f64]) -> Option<Self> {
+    pub fn from_zero(a: &[f64], b: &[f64]) -> Option<Self> {
         let lags = LAGS.min(a.len() / 4);
         let covariance = cross_covariance(a, b, lags);
         let square = |v: &[f64]| -> Vec<f64> { v.iter().map(|x| x * x).collect() };
@@ -298,7 +298,7 @@ fn critical(tests: f64) -> f64 {
 }
 
 /// The finest time scale that shows a dependence nearly as clearly as the best one; `None` if none shows any.
-fn best(
+pub(super) fn best(
     scales: &[TimeScale],
     columns: &[Vec<Whitened>],
     tests: f64,

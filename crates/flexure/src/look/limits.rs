@@ -32,6 +32,9 @@ pub(super) const STOP_STEPS: f64 = 1000.0;
 pub(super) const OUTLIER: f64 = 10.0;
 /// The least distance of an outlier, in standard deviations of the column. Convention: nearer samples do little harm.
 pub(super) const OUTLIER_SIZE: f64 = 0.25;
+/// An outlier jumps by more than this many times the largest of the two changes before and the two after it. Convention: at a turn, a smooth
+/// signal changes as it does around.
+pub(super) const OUTLIER_JUMP: f64 = 2.0;
 /// A column holds its values if they last for more than this many samples on average. Convention: a quantised signal that moves changes
 /// more often.
 pub(super) const HELD: usize = 3;
@@ -99,3 +102,10 @@ pub(super) const DRIVEN: f64 = 3.5;
 pub(super) const SLOWER: f64 = 0.5;
 /// The least share of the output's unpredicted change that the input must explain.
 pub(super) const DRIVEN_SHARE: f64 = 0.1;
+
+/// Past outputs, and past values of each input behind its delay, in the difference equation beside which further inputs are looked for.
+/// Convention: as many as a system of low order has.
+pub(super) const BESIDE_PAST: usize = 8;
+pub(super) const BESIDE_LAGS: usize = 8;
+/// The most samples in which further inputs are looked for. Convention: these show a coherence of a thousandth.
+pub(super) const BESIDE_SAMPLES: usize = 100_000;

@@ -24,6 +24,7 @@
 //! # Ok::<(), flexure::Error>(())
 //! ```
 
+mod beside;
 mod clock;
 mod coherence;
 mod column;
@@ -36,6 +37,7 @@ mod spectrum;
 #[cfg(test)]
 mod tests;
 
+pub use beside::{Beside, beside};
 pub use clock::{Clock, Gap};
 pub use column::{Column, Stop};
 pub use dependence::{Correlations, Dependence, Direction, Kind};

@@ -1,6 +1,6 @@
 //! Which of the candidates the fresh samples support: tests and comparisons, no fits.
 
-use super::limits::{CUT, TOLERATED_SHARE, TRIFLING_MISFIT};
+use super::limits::{COLOURED, CUT, NEARLY_ALL, TOLERATED_SHARE, TRIFLING_MISFIT};
 use super::remainder::explained;
 use super::symptoms::{Symptom, symptoms};
 use super::{Refutation, rank};
@@ -9,7 +9,7 @@ use crate::identify::request::{Rank, Structure};
 use crate::identify::result::StructureName;
 use crate::linear::correlation::mean_square;
 use crate::quantiles::NORMAL_MAD;
-use crate::validation::{LEVEL, PairedComparison, ResidualTest};
+use crate::validation::{LEVEL, PairedComparison, ResidualTest, TestKind};
 
 /// A candidate with its fresh errors and their verdict.
 pub(super) struct Judged<'a> {
@@ -48,14 +48,26 @@ impl<'a> Judged<'a> {
     }
 
     /// Whether the candidate makes it unnecessary to fit a more complex structure: it leaves white noise; or the structure is a general
-    /// one, and the candidate holds and has the `least` error of all.
+    /// one, and the candidate holds and has the `least` error of all. A loop is also fitted if most of that error is coloured.
     ///
     /// A simple candidate holds here only if the misfit that a test detects is tiny: a general structure may explain a negligible one.
     pub fn suffices(&self, structure: &Structure, least: f64) -> bool {
         let own = rank(self.structure);
         let holds = || self.verdict.holds() && (self.verdict.misfit() < TRIFLING_MISFIT || own >= Some(Rank::General));
         let is_enough = || structure.rank >= Some(Rank::General) && holds() && self.error() <= least;
-        own < structure.rank && (self.leaves_white_noise() || is_enough())
+        let doubtful = structure.rank == Some(Rank::General) && self.leaves_much_colour();
+        own < structure.rank && (self.leaves_white_noise() || is_enough() && !doubtful)
+    }
+
+    /// Whether the error is more than small, and most of it follows from its own past. Noise may be like that, but so is the error on a system
+    /// that remembers where it stuck, which no test of a dependence on the input sees.
+    fn leaves_much_colour(&self) -> bool {
+        if self.verdict.measures.fit_percent > NEARLY_ALL {
+            return false;
+        }
+        let tests = self.verdict.residuals.iter().flat_map(|r| &r.tests);
+        let mut coloured = tests.filter(|t| t.kind == TestKind::Whiteness && t.p_value < LEVEL);
+        coloured.any(|t| t.dependent_share() > COLOURED)
     }
 
     /// Whether no test finds anything in the errors, not even that they are coloured.
@@ -102,7 +114,7 @@ pub(super) struct Judgement<'a> {
 pub(super) fn judge<'a>(candidates: &[Judged<'a>], inputs: &[&[f64]]) -> Judgement<'a> {
     let squares: Vec<f64> = candidates.iter().map(|c| mean_square(&c.errors)).collect();
     let worse = comparisons(candidates, &squares);
-    let tier = simplest(candidates, &worse);
+    let tier = holding(candidates, simplest(candidates, &worse));
     // Among equally good ones, the one with the fewest parameters.
     let parameters = |i: &usize| candidates[*i].verdict.estimated.map_or(0, |e| e.parameters);
     let fewest = tier.iter().map(parameters).min();
@@ -154,6 +166,16 @@ fn simplest(candidates: &[Judged<'_>], worse: &[Option<Refutation>]) -> Vec<usiz
     let rank_of = |i: usize| rank(candidates[i].structure);
     let simplest = as_good().map(rank_of).min();
     as_good().filter(|i| Some(rank_of(*i)) == simplest).collect()
+}
+
+/// Those of equally good candidates that hold, where there are any.
+fn holding(candidates: &[Judged<'_>], tier: Vec<usize>) -> Vec<usize> {
+    let holding: Vec<usize> = tier
+        .iter()
+        .copied()
+        .filter(|i| candidates[*i].verdict.holds())
+        .collect();
+    if holding.is_empty() { tier } else { holding }
 }
 
 /// The share of a candidate's squared error that is not noise: the largest that its tests, the inputs or what the error `looks_like` show.

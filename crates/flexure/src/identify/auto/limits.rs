@@ -7,6 +7,10 @@ pub(super) const TOLERATED_SHARE: f64 = 0.02;
 /// A misfit below this share of the output's standard deviation is not worth a search for a loop or parallel branches, which take longest.
 /// Convention: a tenth of what is negligible.
 pub(super) const TRIFLING_MISFIT: f64 = 0.001;
+/// From this share of the error that follows from its own past on, a loop is fitted although something simpler holds. Convention: most of it.
+pub(super) const COLOURED: f64 = 0.5;
+/// A fit above this, in percent, leaves too little for that. Convention.
+pub(super) const NEARLY_ALL: f64 = 98.0;
 
 /// The error's regression: lags of every signal. Convention.
 pub(super) const LAGS: usize = 12;

@@ -9,15 +9,16 @@
 //!   may have it by chance.
 //! - It is **refuted by a test** if one of the [residual tests](crate::validation::ResidualTests) rejects it (1 %, shared out among
 //!   the tests), and the misfit that the test detects is not negligible.
-//! - **Chosen** is the simplest candidate that no comparison refutes. Hammerstein and Wiener are equally simple; if both are equally good,
-//!   the result says so.
+//! - **Chosen** is the simplest candidate that no comparison refutes. Hammerstein and Wiener are equally simple; one that holds comes first,
+//!   and if both are equally good, the result says so.
 //! - It is **supported** if its [verdict](super::Verdict::holds) is that it holds: no test refutes it, or the misfit that a test detects is
 //!   negligible, and its error is white noise or small. Otherwise the data support none of these structures; this is the right answer for
 //!   hysteresis or a drift.
 //!
 //! If a simple candidate leaves white noise, more complex ones are not fitted. A loop and parallel branches contain most others and take
 //! longest: they are fitted only if nothing simpler both holds, with a misfit below 0.1 % of the output's standard deviation, and has the
-//! least error so far. Nothing here is random.
+//! least error so far. A loop is fitted nevertheless if most of that error follows from its own past: so do the errors on hysteresis, which
+//! no test of a dependence on the input may see. Nothing here is random.
 //!
 //! If no candidate holds, the result says what the error of the chosen one looks like: something in a loop, a drift in time,
 //! hysteresis, outliers.

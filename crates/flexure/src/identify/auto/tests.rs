@@ -288,6 +288,9 @@ fn a_general_structure_is_superfluous_only_where_a_simpler_one_holds_and_has_the
     let coloured = filtered(&[1.0], &[1.0, -0.8], &white);
     assert_eq!(after(100.0, &coloured, 1.0), general);
     assert!(after(100.0, &coloured, 0.99).is_empty());
+    // A larger error that is mostly coloured may be that of a loop; one that is less so is noise.
+    assert_eq!(after(20.0, &coloured, 1.0), ["parallel"]);
+    assert_eq!(after(20.0, &filtered(&[1.0], &[1.0, -0.5], &white), 1.0), general);
     // What is large and coloured does not hold.
     assert!(after(2.0, &coloured, 1.0).is_empty());
     // A small misfit that a test sees may be that of a loop, but not one below a thousandth; after a loop it is enough.
@@ -377,4 +380,33 @@ fn a_linear_part_that_is_a_mere_delay_is_none() {
         .identify(&of(WIENER_HAMMERSTEIN.name), &["u"], "y")
         .unwrap();
     assert_eq!(simpler::simpler(fitted.clone()), fitted);
+}
+
+/// A valve that sticks: it moves only if the command is more than 6 away, and then stops 2.5 before it. Linear dynamics leave an error that no test
+/// sees to depend on the input, but most of it follows from its own past.
+#[test]
+fn a_valve_that_sticks_is_no_linear_system() {
+    let n = 4000;
+    let noise = gaussian(n, 5);
+    let smooth = filtered(&[0.0045, 0.0045], &[1.0, -0.91], &noise);
+    let size = variance(&smooth).sqrt();
+    let command: Vec<f64> = smooth.iter().map(|x| 14.0 * x / size).collect();
+    let mut at = 0.0;
+    let valve: Vec<f64> = command
+        .iter()
+        .map(|u| {
+            let away: f64 = u - at;
+            if away.abs() > 6.0 {
+                at = u - away.signum() * 2.5;
+            }
+            at
+        })
+        .collect();
+    let flow = filtered(&[0.0, 0.077], &[1.0, -0.846], &valve);
+    let noise = gaussian(n, 6);
+    let y = flow.iter().zip(noise).map(|(y, e)| y + 0.1 * e).collect();
+    let found = compare(&Record::new([("u", command), ("y", y)]).unwrap());
+    let error = |key: &str| found.candidates.iter().find(|c| c.structure.key == key).map(|c| c.rms);
+    assert!(error("feedback").unwrap() < 0.7 * error("linear").unwrap(), "{found:?}");
+    assert_ne!(found.supported.map(|s| s.key), Some("linear"), "{found:?}");
 }

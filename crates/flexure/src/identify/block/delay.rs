@@ -24,21 +24,21 @@ pub(in crate::identify) fn delay_with_edge(data: &Signals) -> usize {
 
 /// Delays after which the first coefficient is at least `edge` standard errors.
 fn delays_with_edge(data: &Signals, edge: f64) -> Vec<usize> {
-    let far = |u: &Vec<f64>| long_delay(u, data);
-    let first: Vec<usize> = data.u.iter().map(far).collect();
+    let first = long_delays(data);
     let leading = leading_zeros(data, &first, edge).unwrap_or_else(|| vec![0; first.len()]);
     first.iter().zip(leading).map(|(far, near)| far + near).collect()
 }
 
-/// A delay too long for a numerator of a few coefficients, less some slack; zero if there is none.
-fn long_delay(u: &[f64], data: &Signals) -> usize {
-    let data = Signals::of_input(u.to_vec(), data.y.clone(), data.from).head(START_SAMPLES);
+/// Delays too long for a numerator of a few coefficients, less some slack; zero where there is none.
+fn long_delays(data: &Signals) -> Vec<usize> {
+    let data = data.head(START_SAMPLES);
     let past: Vec<Vec<f64>> = (1..=LINEAR_DELAY_ORDER).map(|i| delayed(&data.y, i, -1.0)).collect();
-    let least = least_lag(&data, |delay| {
-        let lags = (0..=LINEAR_DELAY_ORDER).map(|i| delayed(data.input(), delay + i, 1.0));
-        lags.chain(past.iter().cloned()).collect()
+    let lags = least_lags(&data, &past, |input, lag| {
+        let lags = (0..=LINEAR_DELAY_ORDER).map(|i| delayed(&data.u[input], lag + i, 1.0));
+        lags.collect()
     });
-    least.saturating_sub(LINEAR_DELAY_SLACK)
+    let slack = |lag: &usize| lag.saturating_sub(LINEAR_DELAY_SLACK);
+    lags.iter().map(slack).collect()
 }
 
 /// The numbers of zero coefficients after the lags `first`, in a difference equation that leaves nearly white errors.
@@ -87,6 +87,11 @@ fn leading_zeros(data: &Signals, first: &[usize], edge: f64) -> Option<Vec<usize
 /// The lag, up to 100 samples and a tenth of the record, at which the least squares of the output over these columns have the smallest
 /// error.
 pub(in crate::identify) fn least_lag(data: &Signals, columns: impl Fn(usize) -> Vec<Vec<f64>>) -> usize {
+    lag_and_squares(data, columns).0
+}
+
+/// That lag, and its sum of squares.
+fn lag_and_squares(data: &Signals, columns: impl Fn(usize) -> Vec<Vec<f64>>) -> (usize, f64) {
     let mut least = (0, f64::INFINITY);
     for lag in 0..=LONGEST_DELAY.min(data.counted() / 10) {
         let squares = least_squares(&data.y, &columns(lag), data.from).map_or(f64::INFINITY, |l| l.squares);
@@ -94,24 +99,60 @@ pub(in crate::identify) fn least_lag(data: &Signals, columns: impl Fn(usize) -> 
             least = (lag, squares);
         }
     }
-    least.0
+    least
 }
 
-/// The delay of every input: the lag with the least equation error of a low order with the input's splines, less some slack.
+/// The lag of every input at which its columns beside those of the other inputs, and those that are `always` there, have the smallest error.
+///
+/// The other inputs count at their own lags, as the error of what they do would hide a weak input. The input that explains most comes first;
+/// in the end each is tried once more beside all others.
+fn least_lags(data: &Signals, always: &[Vec<f64>], columns: impl Fn(usize, usize) -> Vec<Vec<f64>>) -> Vec<usize> {
+    let inputs = data.u.len();
+    let mut known: Vec<Option<usize>> = vec![None; inputs];
+    let beside = |input: usize, known: &[Option<usize>]| {
+        let others = (0..inputs).filter(|other| *other != input);
+        let others: Vec<Vec<f64>> = others
+            .filter_map(|other| Some(columns(other, known[other]?)))
+            .flatten()
+            .collect();
+        lag_and_squares(data, |lag| {
+            let own = columns(input, lag).into_iter();
+            own.chain(others.iter().cloned())
+                .chain(always.iter().cloned())
+                .collect()
+        })
+    };
+    while known.contains(&None) {
+        let open = (0..inputs).filter(|input| known[*input].is_none());
+        let found = open.map(|input| (input, beside(input, &known)));
+        let Some((input, (lag, _))) = found.min_by(|a, b| a.1.1.total_cmp(&b.1.1)) else {
+            break;
+        };
+        known[input] = Some(lag);
+    }
+    if inputs > 1 {
+        for input in 0..inputs {
+            known[input] = Some(beside(input, &known).0);
+        }
+    }
+    known.into_iter().map(|lag| lag.unwrap_or(0)).collect()
+}
+
+/// The delay of every input: the lag with the least equation error of a low order with the inputs' splines, less some slack.
 pub(in crate::identify) fn delays(data: &Signals) -> Vec<usize> {
     let data = data.head(SPLINE_DELAY_SAMPLES);
     let past = (1..=SPLINE_DELAY_ORDER).map(|i| delayed(&data.y, i, -1.0));
     let always: Vec<Vec<f64>> = past.chain([vec![1.0; data.y.len()]]).collect();
-    let of = |u: &Vec<f64>| {
-        let Some(spline) = KinkedSpline::coarse(&u[data.from..], SPLINE_DELAY_PIECES) else {
-            return 0;
-        };
-        let basis = spline.others_at(u);
-        let least = least_lag(&data, |lag| {
-            let lags = (lag..=lag + SPLINE_DELAY_ORDER).flat_map(|lag| basis.iter().map(move |c| delayed(c, lag, 1.0)));
-            lags.chain(always.iter().cloned()).collect()
-        });
-        least.saturating_sub(SPLINE_DELAY_SLACK)
+    let basis = |u: &Vec<f64>| {
+        let spline = KinkedSpline::coarse(&u[data.from..], SPLINE_DELAY_PIECES);
+        spline.map_or_else(Vec::new, |spline| spline.others_at(u))
     };
-    data.u.iter().map(of).collect()
+    let bases: Vec<Vec<Vec<f64>>> = data.u.iter().map(basis).collect();
+    let lags = least_lags(&data, &always, |input, lag| {
+        let lags = lag..=lag + SPLINE_DELAY_ORDER;
+        lags.flat_map(|lag| bases[input].iter().map(move |c| delayed(c, lag, 1.0)))
+            .collect()
+    });
+    let slack = |lag: &usize| lag.saturating_sub(SPLINE_DELAY_SLACK);
+    lags.iter().map(slack).collect()
 }

@@ -151,6 +151,22 @@ fn no_outliers_where_there_are_none() {
     assert!(column(&sine).outliers.is_empty());
 }
 
+/// A response to steps turns at each of them. Between the turns it follows its running median.
+#[test]
+fn turns_of_a_smooth_signal_are_no_outliers() {
+    let (levels, noise) = (gaussian(500, 21), gaussian(4000, 22));
+    let mut reached = 0.0;
+    let response = (0..4000).map(|i| {
+        reached += 0.1 * (levels[i / 8] - reached);
+        reached + 1e-3 * noise[i]
+    });
+    let mut x: Vec<f64> = response.collect();
+    assert!(column(&x).outliers.is_empty(), "{:?}", column(&x).outliers);
+    x[1234] += 2.0;
+    x[2345] -= 2.0;
+    assert_eq!(column(&x).outliers, [1234, 2345]);
+}
+
 /// A command that is held for 1 to 40 samples: a value that is held for one sample is no outlier, one far beyond all others is.
 #[test]
 fn values_that_are_held_count_once() {

@@ -1,7 +1,7 @@
 //! Which column follows which.
 
 use super::{lag, later, look_at, sum, times};
-use crate::look::{Dependence, Direction, Kind, Relation};
+use crate::look::{Dependence, Direction, Kind, Relation, beside};
 use crate::signal::gaussian;
 
 const SAMPLES: usize = 4000;
@@ -201,4 +201,40 @@ fn derivatives_and_multiples() {
     assert!(matches!(derivative.relation, Relation::Derivative { factor } if (factor - 1.0).abs() < 0.01));
     let multiple = found.iter().find(|k| (k.column, k.of) == (2, 1)).unwrap();
     assert!(matches!(multiple.relation, Relation::Multiple { factor, .. } if (factor - 57.3).abs() < 1e-6));
+}
+
+/// An output of a strong input through a root, and a weak one: both held, each with a delay of its own.
+fn fan_and_heater(seed: u64) -> [Vec<f64>; 3] {
+    let held = |seed: u64, every: usize| -> Vec<f64> {
+        let levels = gaussian(SAMPLES, seed);
+        (0..SAMPLES).map(|k| levels[k / every].clamp(-2.0, 2.0)).collect()
+    };
+    let (fan, heater) = (held(seed, 7), held(seed + 1000, 22));
+    let root: Vec<f64> = fan.iter().map(|u| 40.0 * (0.5 + u / 4.0).max(0.03).sqrt()).collect();
+    let strong = times(0.2, &lag(0.8, &later(1, &root)));
+    let weak = times(0.06, &lag(0.94, &later(3, &heater)));
+    let y = sum(&sum(&strong, &weak), &times(0.2, &gaussian(SAMPLES, seed + 2000)));
+    [fan, heater, y]
+}
+
+/// No pair of columns shows the weak input; what the strong one leaves does. Unrelated columns are seldom taken for inputs.
+#[test]
+fn a_weak_input_is_seen_beside_a_strong_one() {
+    let mut wrong = 0;
+    for seed in 0..40 {
+        let [fan, heater, y] = fan_and_heater(seed);
+        let slow = lag(0.99, &gaussian(SAMPLES, seed + 3000));
+        let white = gaussian(SAMPLES, seed + 4000);
+        let found = beside(&y, &[(&fan, 1)], &[&slow, &heater, &white]);
+        assert!(
+            found.iter().any(|b| b.column == 1 && b.coherent > 0.05),
+            "{seed}: {found:?}"
+        );
+        wrong += found.iter().filter(|b| b.column != 1).count();
+    }
+    // Of 40 records at a level of 1 %; three or more have a probability of 0.8 %.
+    assert!(wrong < 3, "{wrong}");
+    let [fan, _, y] = fan_and_heater(1);
+    assert!(beside(&y[..5], &[(&fan[..5], 1)], &[&fan[..5]]).is_empty());
+    assert!(beside(&y, &[(&fan, 1)], &[]).is_empty());
 }

@@ -1,0 +1,134 @@
+//! Steps that `flexure identify` does to an untidy log, and that the model keeps for later logs.
+
+mod common;
+
+use common::Folder;
+
+/// Rows of a known record at instants that jitter by a third of a step, without the rows `lost`, and without the outputs `missing`.
+fn untidy(folder: &Folder, name: &str, header: &str, seed: u64, [lost, missing]: [&[usize]; 2]) {
+    let record = folder.known("known.csv", 800, seed);
+    let (u, y) = (record.column("u").unwrap(), record.column("y").unwrap());
+    let row = |k: usize| {
+        let late = if k % 5 == 2 { 3.0 } else { 0.0 };
+        let output = if missing.contains(&k) {
+            String::new()
+        } else {
+            y[k].to_string()
+        };
+        format!("{},{},{output}\n", 10.0 * k as f64 + late, u[k])
+    };
+    let rows = (0..800).filter(|k| !lost.contains(k)).map(row);
+    folder.write(name, format!("{header}\n{}", rows.collect::<String>()));
+}
+
+/// The later log has other names. The model's steps prepare it as `flexure prepare` does.
+#[test]
+fn a_model_prepares_later_logs_as_its_own() {
+    let folder = Folder::new();
+    untidy(&folder, "first.csv", "t_ms,u,y", 3, [&[], &[]]);
+    untidy(&folder, "later.csv", "t_ms,command,speed", 4, [&[], &[]]);
+    let steps = "--resample 0.01 --hold u --fill 2";
+    folder.run(&format!(
+        "identify first.csv --input u --output y {steps} -o model.json"
+    ));
+    let renamed = "--input command --output speed";
+    let raw = folder.run(&format!("validate model.json later.csv {renamed}"));
+    assert_eq!(raw.code, Some(0), "{raw:?}");
+    let said = "later.csv is read as the model's record was: --fill 2 --hold u --resample 0.01";
+    assert!(raw.stderr.contains(said), "{raw:?}");
+    assert!(
+        raw.stderr.contains("'command' keeps its value between samples"),
+        "{raw:?}"
+    );
+
+    folder.done("prepare later.csv --resample 0.01 --hold command --fill 2 -o prepared.csv");
+    // A log that is ready stays as it is.
+    let tidy = folder.run(&format!("validate model.json prepared.csv {renamed}"));
+    assert_eq!(tidy.stdout, raw.stdout);
+    // The model of a log that was prepared before is the same.
+    folder.done("prepare first.csv --resample 0.01 --hold u --fill 2 -o clean.csv");
+    folder.run("identify clean.csv --input u --output y -o by-hand.json");
+    let by_hand = folder.run(&format!("validate by-hand.json prepared.csv {renamed}"));
+    assert_eq!(by_hand.stdout, raw.stdout);
+
+    for command in [
+        "predict model.json later.csv --input command -o out.csv",
+        &format!("report model.json later.csv {renamed} -o out.html"),
+    ] {
+        let run = folder.run(command);
+        assert_eq!(run.code, Some(0), "{run:?}");
+    }
+    let predicted = flexure_io::read_record(folder.path("out.csv")).unwrap();
+    assert_eq!(predicted.sample_time("t").unwrap(), 0.01);
+    let compared = folder.run(&format!("compare model.json by-hand.json later.csv {renamed}"));
+    assert_eq!(compared.code, Some(0), "{compared:?}");
+}
+
+/// Lost rows and missing outputs do not count; the input is interpolated there.
+#[test]
+fn outputs_are_not_made_up() {
+    let folder = Folder::new();
+    let lost: [&[usize]; 2] = [&[200, 300, 301], &[700, 799]];
+    untidy(&folder, "first.csv", "t_ms,u,y", 3, lost);
+    untidy(&folder, "later.csv", "t_ms,u,y", 4, lost);
+    let found = folder.run("identify first.csv --input u --output y --resample 0.01 --hold u -o model.json");
+    assert_eq!(found.code, Some(0), "{found:?}");
+    assert!(found.stderr.contains("2 gaps in time are interpolated"), "{found:?}");
+    let missing = |text: &str| -> usize {
+        let (before, _) = text.split_once(" of 800 outputs are missing").expect(text);
+        before.rsplit(' ').next().unwrap().parse().unwrap()
+    };
+    // At instants that jitter, a lost sample leaves none on its two sides either.
+    assert!((5..=15).contains(&missing(&found.stdout)), "{found:?}");
+    let judged = folder.run("validate model.json later.csv");
+    assert_eq!(judged.code, Some(0), "{judged:?}");
+    assert!(
+        judged.stderr.contains("samples of 'y' are missing, in gaps"),
+        "{judged:?}"
+    );
+    // Without gaps, the option has nothing to say.
+    untidy(&folder, "whole.csv", "t_ms,u,y", 5, [&[], &[]]);
+    let whole = folder.run("identify whole.csv --input u --output y --resample 0.01 --hold u");
+    assert!(!whole.stdout.contains("missing"), "{whole:?}");
+}
+
+/// A record that has no instants is taken at the model's sample time, as without steps.
+#[test]
+fn a_later_log_without_instants_is_not_resampled() {
+    let folder = Folder::new();
+    untidy(&folder, "first.csv", "t_ms,u,y", 3, [&[], &[]]);
+    folder.run("identify first.csv --input u --output y --resample 0.01 --hold u -o model.json");
+    folder.known("later.csv", 800, 5);
+    let validated = folder.run("validate model.json later.csv");
+    assert_eq!(validated.code, Some(0), "{validated:?}");
+    assert!(
+        validated
+            .stderr
+            .contains("the sample time is taken as the model's, 0.01 s"),
+        "{validated:?}"
+    );
+}
+
+#[test]
+fn steps_that_cannot_be_done() {
+    let folder = Folder::new();
+    let record = folder.known("r.csv", 600, 3);
+    assert!(record.column("y0").is_ok());
+    let identify = "identify r.csv --input u --output y -o new.json";
+    folder.misused(
+        &format!("{identify} --outliers y0"),
+        "r.csv: a step names the column 'y0', but the columns in use are u, y",
+    );
+    folder.failed(
+        &format!("{identify} --resample 0.01"),
+        "r.csv: a new sample time needs the sample time, and there is no column of time",
+    );
+    for (options, said) in [
+        ("--sample-time 0.1 --resample 0.1", "cannot be used with"),
+        ("--hold u,u", "--hold names 'u' twice"),
+        ("--threshold 4", "--outliers <COLUMNS>"),
+    ] {
+        let refused = folder.run(&format!("{identify} {options}"));
+        assert!(refused.code == Some(2) && refused.stderr.contains(said), "{refused:?}");
+    }
+}
