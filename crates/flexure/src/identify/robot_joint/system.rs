@@ -154,9 +154,14 @@ impl<'a> Curve<'a> {
 
     /// The value of the curve at x from its splines' coefficients.
     pub fn value(&self, basis: &Basis, coefficients: &[f64], x: f64) -> f64 {
+        self.torque(x, basis.value(coefficients, x))
+    }
+
+    /// The torque at x from the value of the splines.
+    pub fn torque(&self, x: f64, splines: f64) -> f64 {
         match self.kind {
-            CurveKind::Stiffness => basis.value(coefficients, x) * x,
-            CurveKind::Friction => basis.value(coefficients, x),
+            CurveKind::Stiffness => splines * x,
+            CurveKind::Friction => splines,
         }
     }
 }
