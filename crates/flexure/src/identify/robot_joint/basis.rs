@@ -5,6 +5,7 @@ use super::fourier::Modulation;
 use super::limits::{
     FRICTION_DENSER, GRID_DENSER, POINTS_IN_INTERVAL, SHARE_IN_INTERVAL, SPLINE_SLOPE_STEP, STIFFNESS_DENSER,
 };
+use super::passages::Passage;
 use crate::nonlinearity::spline::basis::{CubicSplines, LocalValues};
 
 /// Simpson's weights of a sample and of the middles between it and its neighbours.
@@ -15,15 +16,26 @@ const SIDE: f64 = 1.0 / 6.0;
 ///
 /// Friction changes within few samples while the velocity changes sign; sums of its values at the samples would be poor
 /// integrals.
-pub(super) fn mean_of(x: &[f64], f: impl Fn(f64) -> f64) -> Vec<f64> {
+///
+/// Within the samples of `passages`, the velocity is known in detail.
+pub(super) fn mean_of(x: &[f64], passages: &[Passage], f: impl Fn(f64) -> f64) -> Vec<f64> {
     let between: Vec<f64> = x.windows(2).map(|w| f(0.5 * (w[0] + w[1]))).collect();
     let at_samples: Vec<f64> = x.iter().map(|&x| f(x)).collect();
     let side = |i: Option<usize>, own: f64| i.and_then(|i| between.get(i)).copied().unwrap_or(own);
-    at_samples
+    let mut means: Vec<f64> = at_samples
         .iter()
         .enumerate()
         .map(|(i, &y)| MIDDLE * y + SIDE * (side(i.checked_sub(1), y) + side(Some(i), y)))
-        .collect()
+        .collect();
+    for passage in passages {
+        means[passage.sample] = passage.mean_of(&f);
+    }
+    means
+}
+
+/// The sign of x, which is 0 at 0.
+pub(super) fn sign(x: f64) -> f64 {
+    if x == 0.0 { 0.0 } else { x.signum() }
 }
 
 /// The smallest and the largest value.
@@ -64,6 +76,8 @@ pub(super) struct Basis {
     splines: CubicSplines,
     low: f64,
     high: f64,
+    /// Whether the sign of the abscissa comes after the splines.
+    jumps: bool,
 }
 
 impl Basis {
@@ -71,6 +85,14 @@ impl Basis {
     /// `x` must not be all equal.
     pub fn friction(x: &[f64], pieces: usize) -> Basis {
         Basis::new(x, pieces, FRICTION_DENSER)
+    }
+
+    /// The same and the sign of x, for a friction that jumps at zero.
+    pub fn dry_friction(x: &[f64], pieces: usize) -> Basis {
+        Basis {
+            jumps: true,
+            ..Basis::new(x, pieces, FRICTION_DENSER)
+        }
     }
 
     /// For stiffness over the deflections x, likewise.
@@ -104,12 +126,13 @@ impl Basis {
             splines: CubicSplines::new(&breakpoints),
             low,
             high,
+            jumps: false,
         }
     }
 
-    /// The number of splines.
+    /// The number of splines, with the sign if there is one.
     pub fn len(&self) -> usize {
-        self.splines.len()
+        self.splines.len() + usize::from(self.jumps)
     }
 
     /// The four splines that do not vanish at x; beyond the range, those at the nearest end.
@@ -131,20 +154,26 @@ impl Basis {
     }
 
     /// The means of every spline over the time of a sample; see [`mean_of`].
-    pub fn mean_columns(&self, x: &[f64]) -> Vec<Vec<f64>> {
-        let mut columns = vec![vec![0.0; x.len()]; self.len()];
+    pub fn mean_columns(&self, x: &[f64], passages: &[Passage]) -> Vec<Vec<f64>> {
+        let mut columns = vec![vec![0.0; x.len()]; self.splines.len()];
         let mut add = |at: usize, x: f64, weight: f64| {
             let LocalValues { first, values } = self.at(x);
             for (k, v) in values.iter().enumerate() {
                 columns[first + k][at] += weight * v;
             }
         };
+        let mut within = passages.iter().peekable();
         for i in 0..x.len() {
+            if let Some(passage) = within.next_if(|passage| passage.sample == i) {
+                passage.moving.iter().for_each(|&[v, share]| add(i, v, share));
+                continue;
+            }
             add(i, x[i], MIDDLE);
             for neighbour in [i.saturating_sub(1), (i + 1).min(x.len() - 1)] {
                 add(i, 0.5 * (x[i] + x[neighbour]), SIDE);
             }
         }
+        columns.extend(self.jumps.then(|| mean_of(x, passages, sign)));
         columns
     }
 
@@ -167,16 +196,25 @@ impl Basis {
 
     /// The spline with these coefficients at x.
     pub fn value(&self, coefficients: &[f64], x: f64) -> f64 {
-        self.at(x).combined(coefficients)
+        let jump = self.jump().map_or(0.0, |k| coefficients[k] * sign(x));
+        self.at(x).combined(coefficients) + jump
+    }
+
+    /// The number of the sign among the coefficients.
+    fn jump(&self) -> Option<usize> {
+        self.jumps.then(|| self.splines.len())
     }
 
     /// The variance of [`Basis::value`], from the coefficients' covariance: `covariance(i, j)`.
     pub fn variance(&self, covariance: impl Fn(usize, usize) -> f64, x: f64) -> f64 {
         let LocalValues { first, values } = self.at(x);
+        let jump = self.jump().map(|k| (k, sign(x)));
+        let splines = values.iter().enumerate().map(|(k, v)| (first + k, *v));
+        let terms: Vec<(usize, f64)> = splines.chain(jump).collect();
         let mut total = 0.0;
-        for (i, a) in values.iter().enumerate() {
-            for (j, b) in values.iter().enumerate() {
-                total += a * b * covariance(first + i, first + j);
+        for &(i, a) in &terms {
+            for &(j, b) in &terms {
+                total += a * b * covariance(i, j);
             }
         }
         total.max(0.0)

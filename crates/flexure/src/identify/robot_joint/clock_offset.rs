@@ -1,5 +1,6 @@
 //! The clocks of a joint's log: the delays of the samples of its signals.
 
+use super::acting::Acting;
 use super::equations::Lines;
 use super::finding::Finding;
 use super::fourier::Modulation;
@@ -30,8 +31,13 @@ impl ClockOffset {
 
     /// Whether it is the delay of a torque that is held from sample to sample.
     pub fn is_hold(&self, step: f64) -> bool {
+        self.is_near(0.5 * step, step)
+    }
+
+    /// Whether it is more than chance, and that of a torque held from sample to sample with this delay.
+    pub fn is_near(&self, delay: f64, step: f64) -> bool {
         self.value.abs() > SIGNIFICANT * self.standard_error
-            && (self.value - 0.5 * step).abs() < HELD_WITHIN * step
+            && (self.value - delay).abs() < HELD_WITHIN * step
             && self.standard_error < HELD_WITHIN * step
     }
 
@@ -88,7 +94,7 @@ impl Clocks {
         if self.torque_held {
             held(modulation, motion.torque, motion.step)
         } else if self.torque_delay.significant {
-            shifted(modulation, motion.torque, self.torque_delay.value)
+            shifted(modulation.of(motion.torque), modulation, self.torque_delay.value)
         } else {
             modulation.of(motion.torque)
         }
@@ -104,20 +110,13 @@ impl Clocks {
     }
 }
 
-/// A transformed torque that acts `delay` after its sample.
-fn shifted(modulation: &Modulation, torque: &[f64], delay: f64) -> Lines {
-    let lines = modulation.of(torque).into_iter().zip(&modulation.omega);
+/// The lines of a signal that acts `delay` s after its samples.
+pub(super) fn shifted(lines: Lines, modulation: &Modulation, delay: f64) -> Lines {
+    let lines = lines.into_iter().zip(&modulation.omega);
     lines.map(|(v, w)| v * Complex::new(0.0, -w * delay).exp()).collect()
 }
 
 /// A transformed torque that is held from sample to sample: it is late by half a sample, and has the gain of a hold.
 pub(super) fn held(modulation: &Modulation, torque: &[f64], step: f64) -> Lines {
-    let mut lines = shifted(modulation, torque, 0.5 * step);
-    for (v, w) in lines.iter_mut().zip(&modulation.omega) {
-        let half = 0.5 * w * step;
-        if half > 0.0 {
-            *v *= half.sin() / half;
-        }
-    }
-    lines
+    Acting::held_after(0.0).lines(modulation, torque, step)
 }

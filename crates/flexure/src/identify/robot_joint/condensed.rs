@@ -9,7 +9,7 @@
 
 use std::ops::Range;
 
-use super::basis::{Spacing, mean_of, range};
+use super::basis::{Spacing, range};
 use super::column_noise::Slopes;
 use super::equations::{Column, Equations, dot};
 use super::forms::{ShapedTerm, Term};
@@ -127,13 +127,13 @@ impl Condensed {
         let mut equations = fixed.clone();
         let (fixed_columns, mut hats) = (fixed.columns.len(), Vec::new());
         for FormedCurve { curve, .. } in curves {
-            let knots = knots_over(curve.x, curve.sign_width());
+            let knots = knots_over(curve.x, curve.nearest_knot());
             let first = equations.columns.len();
             let noisy = curve.noisy(|| hat_slopes(modulation, &knots, curve.x), |k| first + k, None);
             equations.noisy.extend(noisy);
             let own = parallel::map(knots.len(), |k| {
-                let values = mean_of(curve.x, |x| hat(&knots, k, x));
-                curve.column(&modulation.of(&values), 1.0)
+                let lines = curve.lines_of(modulation, &[curve.means_of(|x| hat(&knots, k, x))]);
+                curve.column(&lines[0], 1.0)
             });
             equations.columns.extend(own);
             hats.push(Hats {

@@ -35,6 +35,7 @@ fn the_minimum_is_that_of_the_equations() {
         resolution: 0.0,
         division: &FRICTION,
         after: 0,
+        passages: &[],
     };
     let beside: Splines = curve.splines(&modulation, 5);
     let forms = FormEquations {

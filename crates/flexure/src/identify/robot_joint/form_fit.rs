@@ -4,7 +4,6 @@
 //! logarithms of the shape parameters are searched for (variable projection, Golub & Pereyra 1973, with Kaufman's Jacobian), in
 //! the [`Condensed`] equations. The best minimum is finished in the equations themselves.
 
-use super::basis::mean_of;
 use super::column_noise::Slopes;
 use super::condensed::{Condensed, FormedCurve, Held, Minimum};
 use super::covariance::Robust;
@@ -88,8 +87,8 @@ impl<'a> FormEquations<'a> {
         for (formed, own) in self.numbered() {
             let curve = formed.curve;
             let columns = |functions: &[Function]| {
-                let values: Vec<Vec<f64>> = functions.iter().map(|f| mean_of(curve.x, &f.value)).collect();
-                let lines = self.modulation.of_all(&values);
+                let values: Vec<Vec<f64>> = functions.iter().map(|f| curve.means_of(&f.value)).collect();
+                let lines = curve.lines_of(self.modulation, &values);
                 let columns = lines
                     .iter()
                     .zip(functions)

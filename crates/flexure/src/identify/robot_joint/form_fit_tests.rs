@@ -15,6 +15,7 @@ fn friction_over(v: &[f64]) -> Curve<'_> {
         resolution: 0.0,
         division: &FRICTION,
         after: 0,
+        passages: &[],
     }
 }
 
@@ -98,7 +99,7 @@ fn a_friction_that_no_arm_has_gives_way_to_one_that_fits_as_well() {
     for seed in 0..16 {
         let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
-        let tau: Vec<f64> = mean_of(&v, friction).iter().map(|f| f + sd * normal()).collect();
+        let tau: Vec<f64> = curve.means_of(friction).iter().map(|f| f + sd * normal()).collect();
         let mut forms = friction_alone(&curve, &beside, &modulation);
         forms.fixed.right = vec![modulation.of(&tau)];
         forms.fixed.noise = vec![&noise];

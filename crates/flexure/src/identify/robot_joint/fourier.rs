@@ -27,6 +27,8 @@ pub(super) struct Modulation {
     scale: f64,
     /// The frequencies in use, rad/s.
     pub omega: Vec<f64>,
+    /// The gain of a mean over the time of a sample, at each frequency.
+    mean_gain: Vec<f64>,
     fft: Arc<dyn RealToComplex<f64>>,
 }
 
@@ -51,12 +53,18 @@ impl Modulation {
         let norm = window[0].iter().map(|w| w * w).sum::<f64>().sqrt();
         let spacing = 1.0 / (n as f64 * step);
         let lines = ((highest / spacing) as usize + 1).min(n / 2);
+        let omega: Vec<f64> = (0..lines)
+            .map(|k| 2.0 * std::f64::consts::PI * spacing * k as f64)
+            .collect();
+        let gain = |w: &f64| match 0.5 * w * step {
+            half if half > 0.0 => half.sin() / half,
+            _ => 1.0,
+        };
         Modulation {
             window,
             scale: 1.0 / norm,
-            omega: (0..lines)
-                .map(|k| 2.0 * std::f64::consts::PI * spacing * k as f64)
-                .collect(),
+            mean_gain: omega.iter().map(gain).collect(),
+            omega,
             fft: RealFftPlanner::new().plan_fft_forward(n),
         }
     }
@@ -111,6 +119,16 @@ impl Modulation {
                 bend[k] - rate[k] * Complex::new(0.0, 2.0 * w) - plain[k] * (w * w)
             })
             .collect()
+    }
+
+    /// Turns the lines of a signal into those of its means over the time of each sample.
+    pub fn take_mean(&self, lines: &mut [Complex<f64>]) {
+        lines.iter_mut().zip(&self.mean_gain).for_each(|(v, gain)| *v *= *gain);
+    }
+
+    /// Turns the lines of means over the time of each sample into those of the signal.
+    pub fn undo_mean(&self, lines: &mut [Complex<f64>]) {
+        lines.iter_mut().zip(&self.mean_gain).for_each(|(v, gain)| *v /= *gain);
     }
 
     /// The modulated integrals of many signals.

@@ -158,6 +158,7 @@ impl<'a> JointSignals<'a> {
             resolution: RESOLVED_DEFLECTION * d.iter().fold(0.0_f64, |m, d| m.max(d.abs())),
             division: &STIFFNESS,
             after,
+            passages: &[],
         }
     }
 
@@ -171,6 +172,7 @@ impl<'a> JointSignals<'a> {
             resolution: self.resolution,
             division: &FRICTION,
             after,
+            passages: &[],
         }
     }
 

@@ -78,13 +78,16 @@ pub const RESOLVED: f64 = 3.0;
 
 /// The highest frequency of the equations of rigid axes as a share of the sampling rate.
 pub const HIGHEST_RIGID: f64 = 0.2;
-/// Samples are slow below this many times the smallest velocity that is resolved, and this share of samples is. The delay of the torque is
-/// estimated without them.
+/// An axis may rest below this many times the smallest velocity that is resolved: ripple of the smoothing does not end a rest. Convention.
 pub const SLOW: f64 = 3.0;
-pub const SLOW_SHARE: f64 = 0.05;
-/// A torque that is held by all but slow samples does not count as held if the best form of the friction is then farther from the free curve by
-/// this factor. Convention.
-pub const FARTHER: f64 = 2.0;
+/// Steps of a sample and rounds of the search for the initial velocity, where the motion near rest is simulated; and rounds of doing so with better values.
+pub const PASSAGE_SUBSTEPS: usize = 8;
+pub const PASSAGE_ROUNDS: usize = 5;
+pub const PASSAGES_AGAIN: usize = 3;
+/// Ratios between the smallest and the largest velocity, at which a Stribeck effect is tried for the motion near rest.
+pub const STRIBECK_VELOCITIES: usize = 16;
+/// The width of the jump of friction at zero where the motion is known within samples, as a share of the smallest velocity that is resolved.
+pub const JUMP_WIDTH: f64 = 1e-3;
 /// Fewer samples than this within the mechanical time constant do not separate inertia from friction.
 pub const SAMPLES_A_CONSTANT: f64 = 5.0;
 
@@ -192,6 +195,10 @@ pub const STIFFNESS_DENSER: f64 = 10.0;
 pub const GRID_DENSER: f64 = 10.0;
 /// Half the distance of the points between which a slope is taken, as a share of the range.
 pub const SPLINE_SLOPE_STEP: f64 = 1e-6;
+
+/// From this standard error on, as a share of the curve's root mean square, a form is not compared with the curve. Convention: half of its band is
+/// then a quarter of the curve.
+pub const HARDLY_DETERMINED: f64 = 0.125;
 
 /// The most changes of division in a round, for each curve.
 pub const DIVISION_MOVES: usize = 12;

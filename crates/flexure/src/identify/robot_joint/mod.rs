@@ -76,10 +76,13 @@
 //! | `replay.rs`, `polish.rs` | the simulated motion of an identified axis; the parameters refined by its error |
 //! | `stretches.rs` | the motor's inertia of a flexible joint from stretches of its simulated motion |
 //! | `presliding.rs` | whether friction turns over a distance, or at once: both are simulated |
-//! | `kinks.rs`, `reversals.rs` | velocities with their kinks where friction jumps; the delay of a torque under a body that sticks |
+//! | `kinks.rs`, `reversals.rs` | velocities with their kinks where friction jumps |
+//! | `passages.rs` | the motion of a rigid axis near rest, simulated within samples |
+//! | `acting.rs`, `held_torque.rs` | how the samples of a torque act: at once or held; which of these a rigid axis shows |
 //! | `rests.rs` | times at which a body sticks, which say nothing about its friction |
 //! | `prediction.rs` | the torque that another motion of the joint needs |
 
+mod acting;
 mod basis;
 mod bursts;
 mod candidates;
@@ -100,6 +103,7 @@ mod form_fit;
 mod forms;
 mod fourier;
 mod free_outcome;
+mod held_torque;
 mod joint_forms;
 mod joint_signals;
 mod kinks;
@@ -110,6 +114,7 @@ mod motion;
 mod normal;
 mod outcome;
 mod parameters;
+mod passages;
 mod polish;
 mod prediction;
 mod presliding;

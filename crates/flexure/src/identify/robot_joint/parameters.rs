@@ -67,10 +67,6 @@ pub(super) struct Place {
 pub(super) fn fitted(form: FormName, fit: &FormFit, place: Place, free: &FreeOutcome) -> Fitted {
     let curve = &fit.curves[place.in_fit];
     let (abscissa, values) = (&free.system.curves[place.curve], &free.values[place.curve]);
-    let both = abscissa.x.iter().zip(values);
-    let (off, size) = both.fold((0.0, 0.0), |(off, size), (&x, &y)| {
-        (off + (curve.value(x) - y).powi(2), size + y * y)
-    });
     let inertia = place.inertia.map(|i| estimated(&fit.solution.x, &fit.covariance, i));
     Fitted {
         form,
@@ -79,7 +75,7 @@ pub(super) fn fitted(form: FormName, fit: &FormFit, place: Place, free: &FreeOut
             value: f64::NAN,
             standard_error: f64::NAN,
         }),
-        lack_of_fit: lack_of_fit(fit, (off / size.max(f64::MIN_POSITIVE)).sqrt()),
+        lack_of_fit: lack_of_fit(fit, free.distance(place.curve, |x| curve.value(x))),
         bic: schwarz(fit, free),
         curve: curve.clone(),
     }

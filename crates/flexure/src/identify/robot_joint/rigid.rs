@@ -5,7 +5,6 @@
 //! where the last three terms, gravity and a spring, are optional and f contains any offset.
 
 use super::checks;
-use super::clock_offset::held;
 use super::column_noise::Noisy;
 use super::division::{RIGID_FRICTION, lowest};
 use super::equations::Lines;
@@ -15,11 +14,12 @@ use super::free_outcome::FreeOutcome;
 use super::joint_forms::FreeCurve;
 use super::joint_signals::of_inertia;
 use super::limits::{
-    CLIPPED_EXCESS, CLIPPED_NEAR, FARTHER, HIGHEST_RIGID, NOISE_ROUNDS, OTHER_INERTIA, PLATEAU_WINDOW, RESOLVED,
+    CLIPPED_EXCESS, CLIPPED_NEAR, HIGHEST_RIGID, NOISE_ROUNDS, OTHER_INERTIA, PLATEAU_WINDOW, RESOLVED,
     SAMPLES_A_CONSTANT,
 };
 use super::motion::modulation;
 use super::outcome::{Estimated, Parameter, RigidAxis};
+use super::passages::{Passage, while_moving};
 use super::smooth::{Noise, Reflected};
 use super::system::{Curve, CurveKind, FreeCurves, System, low_frequencies};
 use crate::error::{DataError, Result};
@@ -78,11 +78,15 @@ pub(super) struct Signals {
     pub step: f64,
     /// The cut-off of smoothing, Hz.
     pub cut_off: f64,
-    torque: Lines,
+    pub torque: Lines,
     acceleration: Lines,
+    /// The standard deviation of the encoder's noise.
+    pub encoder_sd: f64,
     /// The spectrum of the encoder's noise in the acceleration.
     encoder: Vec<f64>,
     pub extras: Vec<ExtraTerm>,
+    /// What is known of the motion within samples.
+    pub passages: Vec<Passage>,
 }
 
 /// The number of the inertia among the factors; those of the position-dependent terms follow.
@@ -176,7 +180,9 @@ impl RigidJoint<'_> {
             acceleration: modulation.of_acceleration(q),
             encoder: modulation.omega.iter().map(|w| (noise.sd * w * w).powi(2)).collect(),
             resolution: RESOLVED * noise.velocity_sd(step),
+            encoder_sd: noise.sd,
             extras: extras.collect(),
+            passages: Vec::new(),
             velocity,
             step,
             cut_off: noise.cut_off(),
@@ -186,28 +192,15 @@ impl RigidJoint<'_> {
 
     /// The axis; `None` if the equations do not determine it.
     fn axis(&self, mut signals: Signals, noise: &Noise) -> Option<RigidAxis> {
-        let mut weights = signals.weights(noise.band)?;
+        let weights = signals.weights(noise.band)?;
         let sharpened = signals.sharpened(self.torque, &weights);
         if let Some(velocity) = sharpened.filter(|_| self.velocity.is_none()) {
             signals.velocity = velocity;
-            weights = signals.weights(noise.band)?;
         }
-        let Some(hold) = signals.hold(self.torque, noise.band, &weights) else {
-            return self.solved(&signals, weights, noise);
-        };
-        let sampled = match hold.is_sure {
-            true => None,
-            false => self.solved(&signals, weights, noise),
-        };
-        signals.torque = held(&signals.modulation, self.torque, self.sample_time);
-        let mut axis = self.solved(&signals, signals.weights(noise.band)?, noise)?;
-        axis.findings.push(Finding::TorqueDelay {
-            delay: hold.delay,
-            held: true,
-        });
-        let distance = |axis: &RigidAxis| axis.friction.best().lack_of_fit.distance;
-        let sampled = sampled.filter(|sampled| distance(&axis) > FARTHER * distance(sampled));
-        Some(sampled.unwrap_or(axis))
+        let acts = signals.acts(self, noise.band)?;
+        let mut axis = self.solved(&signals, acts.weights, noise)?;
+        axis.findings.extend(acts.finding);
+        Some(axis)
     }
 
     /// The axis with these signals and this noise of the equation.
@@ -280,17 +273,13 @@ impl RigidJoint<'_> {
 impl Signals {
     /// The equation of the axis.
     pub fn system(&self) -> System<'_> {
-        self.system_of(self.torque.clone())
-    }
-
-    /// The equation of the axis under this transformed torque.
-    pub fn system_of(&self, torque: Lines) -> System<'_> {
-        let extras = self.extras.iter().map(|extra| self.modulation.of(&extra.values));
+        let values = |extra: &ExtraTerm| while_moving(extra.values.clone(), &self.passages);
+        let extras = self.extras.iter().map(|extra| self.modulation.of(&values(extra)));
         let factors = std::iter::once(self.acceleration.clone()).chain(extras);
         System {
             modulation: &self.modulation,
             factors: factors.map(|column| vec![Some(column)]).collect(),
-            right: vec![torque],
+            right: vec![self.torque.clone()],
             noisy: vec![Noisy::square(INERTIA, 0, &self.encoder)],
             given: Vec::new(),
             encoder_noise: Box::new(|x| vec![of_inertia(&self.encoder, x[INERTIA])]),
@@ -302,17 +291,14 @@ impl Signals {
                 resolution: self.resolution,
                 division: &RIGID_FRICTION,
                 after: 1 + self.extras.len(),
+                passages: &self.passages,
             }],
         }
     }
 
     /// The noise of the equation.
-    fn weights(&self, band: f64) -> Option<Vec<Vec<f64>>> {
-        self.weights_of(&self.system(), band)
-    }
-
-    /// The noise of the equation in this system.
-    pub fn weights_of(&self, system: &System, band: f64) -> Option<Vec<Vec<f64>>> {
+    pub fn weights(&self, band: f64) -> Option<Vec<Vec<f64>>> {
+        let system = self.system();
         let splines = system.curves[0].splines(&self.modulation, RIGID_FRICTION.coarse);
         system.reweighted(&[splines], vec![low_frequencies(&self.modulation, band)], NOISE_ROUNDS)
     }

@@ -10,14 +10,15 @@
 
 use std::borrow::Borrow;
 
-use super::basis::Basis;
+use super::basis::{Basis, mean_of};
 use super::column_noise::{AbscissaNoise, Noisy, Slopes};
 use super::covariance::{fitted_noise, fitted_to_power};
 use super::division::{Division, Divisions};
 use super::equations::{Column, Equations, Lines, Solution};
 use super::fourier::Modulation;
 use super::layout::Layout;
-use super::limits::DIVISION_ROUNDS;
+use super::limits::{DIVISION_ROUNDS, JUMP_WIDTH};
+use super::passages::Passage;
 use crate::linalg::Complex;
 
 /// The abscissa of a curve.
@@ -44,6 +45,8 @@ pub(super) struct Curve<'a> {
     pub division: &'static Division,
     /// The number of factors before the curve's coefficients among the unknowns.
     pub after: usize,
+    /// What is known of x within samples.
+    pub passages: &'a [Passage],
 }
 
 /// A division of a curve's range, with the transformed splines.
@@ -63,28 +66,60 @@ impl<'a> Curve<'a> {
     pub fn sign_width(&self) -> f64 {
         match self.kind {
             CurveKind::Stiffness => 0.0,
-            CurveKind::Friction => self.resolution,
+            CurveKind::Friction if self.passages.is_empty() => self.resolution,
+            CurveKind::Friction => 0.0,
+        }
+    }
+
+    /// The distance from zero of the nearest points at which forms are evaluated in condensed equations.
+    pub fn nearest_knot(&self) -> f64 {
+        match self.passages.is_empty() {
+            true => self.sign_width(),
+            false => JUMP_WIDTH * self.resolution,
         }
     }
 
     /// The splines with this number of intervals on either side of zero.
     pub fn splines(&self, modulation: &Modulation, pieces: usize) -> Splines {
-        let (basis, columns) = match self.kind {
+        match self.kind {
             CurveKind::Stiffness => {
                 let basis = Basis::stiffness(self.x, pieces);
-                let columns = basis.columns_times_x(self.x);
-                (basis, columns)
+                let lines = modulation.of_all(&basis.columns_times_x(self.x));
+                Splines { basis, lines }
             }
             CurveKind::Friction => {
-                let basis = Basis::friction(self.x, pieces);
-                let columns = basis.mean_columns(self.x);
-                (basis, columns)
+                let basis = match self.passages.is_empty() {
+                    true => Basis::friction(self.x, pieces),
+                    false => Basis::dry_friction(&self.moving(), pieces),
+                };
+                let lines = self.lines_of(modulation, &basis.mean_columns(self.x, self.passages));
+                Splines { basis, lines }
             }
-        };
-        Splines {
-            basis,
-            lines: modulation.of_all(&columns),
         }
+    }
+
+    /// The lines of functions of x with these means over the time of each sample. Where the motion is known within samples, they are corrected for the gain of a mean.
+    pub fn lines_of(&self, modulation: &Modulation, means: &[Vec<f64>]) -> Vec<Lines> {
+        let mut lines = modulation.of_all(means);
+        if !self.passages.is_empty() {
+            lines.iter_mut().for_each(|lines| modulation.undo_mean(lines));
+        }
+        lines
+    }
+
+    /// The mean of x in each sample for most of which it is not at rest.
+    fn moving(&self) -> Vec<f64> {
+        let mut x: Vec<Option<f64>> = self.x.iter().copied().map(Some).collect();
+        for passage in self.passages {
+            let share = passage.share();
+            x[passage.sample] = (share > 0.5).then(|| passage.mean_of(|v| v) / share);
+        }
+        x.into_iter().flatten().collect()
+    }
+
+    /// The means of a function of x over the time of each sample.
+    pub fn means_of(&self, f: impl Fn(f64) -> f64) -> Vec<f64> {
+        mean_of(self.x, self.passages, f)
     }
 
     /// The splines that are added to forms of the curve in their test: with a division that does not depend on the torques.
@@ -119,9 +154,14 @@ impl<'a> Curve<'a> {
 
     /// The value of the curve at x from its splines' coefficients.
     pub fn value(&self, basis: &Basis, coefficients: &[f64], x: f64) -> f64 {
+        self.torque(x, basis.value(coefficients, x))
+    }
+
+    /// The torque at x from the value of the splines.
+    pub fn torque(&self, x: f64, splines: f64) -> f64 {
         match self.kind {
-            CurveKind::Stiffness => basis.value(coefficients, x) * x,
-            CurveKind::Friction => basis.value(coefficients, x),
+            CurveKind::Stiffness => splines * x,
+            CurveKind::Friction => splines,
         }
     }
 }

@@ -8,12 +8,16 @@ const VISCOUS: f64 = 0.8;
 
 /// Position and torque every 2 ms for 40 s. A controller follows slow sines and holds its torque; it computes `controls` torques in a sample.
 fn controlled(seed: u64, controls: usize) -> [Vec<f64>; 2] {
+    logged(seed, controls, 0.002, 1.0)
+}
+
+/// The same at this sample time, of 20,000 samples, with sines of these many times the frequencies.
+fn logged(seed: u64, controls: usize, step: f64, faster: f64) -> [Vec<f64>; 2] {
     const STEPS: usize = 20;
-    let step = 0.002;
     let h = step / STEPS as f64;
     let reference = |t: f64| -> f64 {
         let line = |(i, f): (usize, f64)| {
-            0.6 / (1.0 + i as f64) * (std::f64::consts::TAU * f * t + (seed + i as u64) as f64).sin()
+            0.6 / (1.0 + i as f64) * (std::f64::consts::TAU * f * faster * t + (seed + i as u64) as f64).sin()
         };
         [0.1, 0.23, 0.41, 0.7, 1.1].into_iter().enumerate().map(line).sum()
     };
@@ -94,4 +98,52 @@ fn a_torque_that_is_not_held_has_no_delay() {
         let delayed = axis.findings.iter().any(|f| matches!(f, Finding::TorqueDelay { .. }));
         assert!(!delayed, "seed {seed}: {:?}", axis.findings);
     }
+}
+
+/// The delay of the torque that an axis says.
+fn delay(axis: &RigidAxis) -> f64 {
+    let delay = axis.findings.iter().find_map(|finding| match finding {
+        Finding::TorqueDelay { delay, held: true } => Some(*delay),
+        _ => None,
+    });
+    delay.unwrap_or(0.0)
+}
+
+/// A torque held for 4 ms and logged as often. With samples of a smoothed velocity, these logs had a Stribeck effect, or a delay that was off by a tenth of a sample and more.
+#[test]
+fn a_torque_held_for_long_samples_makes_no_stribeck_effect() {
+    for (seed, faster) in [(0, 0.5), (1, 0.5), (2, 3.0), (3, 3.0)] {
+        let axis = rigid_axis(&logged(seed, 1, 0.004, faster), 0.004);
+        let form = axis.friction.best();
+        assert_eq!(form.form, FormName::CoulombViscous, "seed {seed}");
+        assert!(
+            form.lack_of_fit.p_value > REFUTED,
+            "seed {seed}: {:?}",
+            form.lack_of_fit
+        );
+        assert!((delay(&axis) - 0.002).abs() < 1e-4, "seed {seed}: {:?}", axis.findings);
+        let parameters = [("Fc", COULOMB), ("Fv", VISCOUS)].map(|(symbol, truth)| {
+            let p = form.parameter(symbol).unwrap();
+            (p.value, truth)
+        });
+        for (value, truth) in parameters.into_iter().chain([(form.inertia.value, INERTIA)]) {
+            assert!(
+                (value / truth - 1.0).abs() < 0.01,
+                "seed {seed}: {value}, but it is {truth}"
+            );
+        }
+    }
+}
+
+/// A drive that logs the torque of the sample before.
+#[test]
+fn a_torque_logged_after_it_acted_is_moved_back() {
+    let [position, torque] = logged(4, 1, 0.002, 1.0);
+    let last = position.len() - 1;
+    let axis = rigid_axis(&[position[1..].to_vec(), torque[..last].to_vec()], 0.002);
+    assert!((delay(&axis) + 0.001).abs() < 1e-4, "{:?}", axis.findings);
+    let form = axis.friction.best();
+    assert!((form.inertia.value / INERTIA - 1.0).abs() < 0.01, "{:?}", form.inertia);
+    let viscous = form.parameter("Fv").unwrap();
+    assert!((viscous.value / VISCOUS - 1.0).abs() < 0.02, "{viscous:?}");
 }
