@@ -12,9 +12,9 @@ const BESIDE: f64 = 12.0;
 const MIDDLE: f64 = 46.0;
 /// The height of a line of text.
 const LINE: f64 = 17.0;
-/// The width of a letter on average, of titles and signals, and of notes.
-const LETTER: f64 = 7.6;
-const SMALL_LETTER: f64 = 6.2;
+/// The width of a usual letter, of titles and signals, and of notes, in a wide font such as DejaVu Sans.
+const LETTER: f64 = 8.9;
+const SMALL_LETTER: f64 = 7.0;
 /// The size of a small curve.
 const SKETCH: [f64; 2] = [92.0, 40.0];
 /// Most points of a small curve.
@@ -22,15 +22,24 @@ const POINTS: usize = 60;
 /// The most letters of a signal's name; the rest is left out.
 const LONGEST_NAME: usize = 24;
 
+/// The width of a text whose usual letters have this width.
+fn width(text: &str, letter: f64) -> f64 {
+    let of = |c: char| match c {
+        'm' | 'w' | 'M' | 'W' | '%' | '@' => 1.45,
+        'i' | 'j' | 'l' | 'f' | 't' | 'r' | 'I' | ' ' | '.' | ',' | '(' | ')' | '/' | '\'' => 0.6,
+        _ => 1.0,
+    };
+    letter * text.chars().map(of).sum::<f64>()
+}
+
 /// Width and height of a block.
 pub(super) fn block_size(block: &DiagramBlock) -> (f64, f64) {
-    let of = |text: &str, letter: f64| text.chars().count() as f64 * letter;
     let middle = match &block.sketch {
         Sketch::Curve { .. } => SKETCH[0],
-        Sketch::Fraction(above, below) => of(above, LETTER).max(of(below, LETTER)),
-        Sketch::Formula(formula) => of(formula, LETTER),
+        Sketch::Fraction(above, below) => width(above, LETTER).max(width(below, LETTER)),
+        Sketch::Formula(formula) => width(formula, LETTER),
     };
-    let widest = of(&block.title, LETTER).max(of(&block.note, SMALL_LETTER)).max(middle);
+    let widest = (width(&block.title, LETTER).max(width(&block.note, SMALL_LETTER))).max(middle);
     // All blocks have one height, with space for a note.
     ((widest + 2.0 * BESIDE).max(LEAST), LINE + 5.0 + MIDDLE + LINE + 5.0)
 }
@@ -38,13 +47,13 @@ pub(super) fn block_size(block: &DiagramBlock) -> (f64, f64) {
 /// Width and height of a signal's name with its unit below it.
 pub(super) fn signal_size(name: &str) -> (f64, f64) {
     let (name, unit) = shown(name);
-    let letters = name.chars().count().max(unit.chars().count()) as f64;
-    (letters * LETTER + 10.0, 2.0 * LINE)
+    let widest = width(&name, LETTER).max(width(&unit, SMALL_LETTER));
+    (widest + 10.0, 2.0 * LINE)
 }
 
 /// Width and height of a short text.
 pub(super) fn note_size(text: &str) -> (f64, f64) {
-    (text.chars().count() as f64 * SMALL_LETTER + 6.0, LINE)
+    (width(text, SMALL_LETTER) + 6.0, LINE)
 }
 
 /// A signal's name and its unit, as they are written.
@@ -70,9 +79,9 @@ pub(super) fn draw_signal(label: &str, [x, y]: [f64; 2], shapes: &mut Vec<DrawnS
 
 /// A block around a point.
 pub(super) fn draw_block(block: &DiagramBlock, [x, y]: [f64; 2], shapes: &mut Vec<DrawnShape>) {
-    let (width, height) = block_size(block);
+    let (across, height) = block_size(block);
     let top = y - height / 2.0;
-    shapes.push(rounded([x, y], (width, height)));
+    shapes.push(rounded([x, y], (across, height)));
     shapes.push(text("title", [x, top + LINE], &*block.title));
     let lower = if block.note.is_empty() { LINE / 2.0 } else { 0.0 };
     let middle = top + LINE + 5.0 + MIDDLE / 2.0 + lower;

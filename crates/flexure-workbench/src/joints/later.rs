@@ -130,7 +130,7 @@ impl Later {
         let holds = if self.holds() { "holds" } else { "does not hold" };
         match &self.torque {
             Some(LaterTorque { fit, own, .. }) => format!(
-                "it {holds} on {}: torque fit {:.1} %, {:.1} % on the log of the fit",
+                "it {holds} on {}: torque fit {:.1} % there, {:.1} % on the first log",
                 self.log.name, fit.percent, own.percent
             ),
             None => format!("it {holds} on {}", self.log.name),

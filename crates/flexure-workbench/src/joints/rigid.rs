@@ -196,10 +196,20 @@ fn polished_json(polished: &Polished, units: &Units) -> Value {
 fn polished_text(polished: &Polished, units: &Units) -> String {
     let [before, after] = polished.error.map(number);
     let [held_back, polished_held_back] = polished.held_back.map(number);
+    let unit = units.position;
+    if !polished.is_used {
+        return format!(
+            "by the error of its free run, {before} -> {after} {unit}, but on halves that were held back {held_back} -> \
+             {polished_held_back} {unit}: not used"
+        );
+    }
     let form = &polished.form;
     let inertia = ("M", form.inertia.value, units.inertia().to_owned());
-    let unit = |p: &Parameter| units.of_curve(p.unit, false);
-    let refined = form.parameters.iter().map(|p| (p.symbol.as_str(), p.value, unit(p)));
+    let of_curve = |p: &Parameter| units.of_curve(p.unit, false);
+    let refined = form
+        .parameters
+        .iter()
+        .map(|p| (p.symbol.as_str(), p.value, of_curve(p)));
     let each = std::iter::once(inertia).chain(refined);
     let each = each.map(|(symbol, value, unit)| unbroken(&format!("{symbol} = {} {unit}", number(value))));
     let differs = match &polished.differs[..] {
@@ -209,14 +219,9 @@ fn polished_text(polished: &Polished, units: &Units) -> String {
             differs.join(", ")
         ),
     };
-    let used = match polished.is_used {
-        true => "and the motion is simulated with these values",
-        false => "and these values are not used",
-    };
     format!(
         "by the error of its free run, {before} -> {after} {unit}: {}; {differs}; on halves that were held back {held_back} -> \
-         {polished_held_back} {unit}, {used}",
+         {polished_held_back} {unit}, and the motion is simulated with these values",
         each.collect::<Vec<_>>().join(", "),
-        unit = units.position
     )
 }

@@ -12,6 +12,9 @@ use crate::lines::unbroken;
 /// A pole this near to 1 is that of an integrator; the difference is rounding.
 const INTEGRATOR: f64 = 1e-9;
 
+/// The remark on a pole outside of the unit circle.
+pub const UNSTABLE: &str = " (unstable)";
+
 /// The text if there are no roots.
 pub const NONE: &str = "none";
 
@@ -56,7 +59,7 @@ fn pole_text(z: Complex<f64>, sample_time: Option<f64>, covariance: Option<PoleC
     let determined = covariance.filter(|c| is_determined(z, c));
     let remark = match z.norm() > 1.0 + INTEGRATOR {
         _ if covariance.is_some() && determined.is_none() => " (not determined)",
-        true => " (unstable)",
+        true => UNSTABLE,
         false => "",
     };
     let covariance = determined;

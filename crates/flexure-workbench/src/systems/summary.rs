@@ -7,7 +7,7 @@ use flexure::nonlinearity::Surface;
 use flexure::text::{capitalised, decimal, fit, number, with_error};
 
 use super::comparison;
-use super::poles::{NONE, poles_text, roots_text};
+use super::poles::{NONE, UNSTABLE, poles_text, roots_text};
 use super::task::Identified;
 use crate::lines::{Lines, Tone, unbroken};
 
@@ -95,6 +95,10 @@ impl Identified {
             lines.item("coefficients", listed + errors);
             let poles = match denominator {
                 Denominator::Own => poles_text(own, self.sample_time),
+                // The nonlinearity around them may hold them.
+                Denominator::OfLoop => {
+                    poles_text(own, self.sample_time).replace(UNSTABLE, " (unstable without the nonlinearity)")
+                }
                 Denominator::Above => "as above".to_owned(),
             };
             for (name, text) in [("poles", poles), ("zeros", roots_text(own.system.zeros()))] {
@@ -123,7 +127,7 @@ impl Identified {
                     let is_above = |p: &LoopPart| p.block.system.a() == part.block.system.a();
                     let denominator = match parts[..i].iter().any(is_above) {
                         true => Denominator::Above,
-                        false => Denominator::Own,
+                        false => Denominator::OfLoop,
                     };
                     match parts[..i].iter().find(|p| p.block.system == part.block.system) {
                         Some(same) => lines.item(&title, format!("the same as {}", uncapitalised(same.title))),
@@ -143,6 +147,7 @@ impl Identified {
 #[derive(Clone, Copy, PartialEq)]
 enum Denominator {
     Own,
+    OfLoop,
     Above,
 }
 

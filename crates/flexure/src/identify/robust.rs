@@ -13,6 +13,7 @@ use super::warning::Warning;
 use crate::error::Result;
 use crate::outliers::standing_alone;
 use crate::record::{Record, bridged};
+use crate::text::counted;
 
 /// The initial state counts as forgotten when this share of its effect remains. Convention.
 const SETTLED: f64 = 0.01;
@@ -89,7 +90,7 @@ pub(super) fn identify(
             ..request.options.clone()
         };
         let inner = Request::new(&records, request.inputs, request.output, options);
-        let stage = &mut |stage: &str| progress(&format!("without {} outliers, {stage}", found.len()));
+        let stage = &mut |stage: &str| progress(&format!("without {}, {stage}", counted(found.len(), "outlier")));
         let mut result = structure.identify_as_is(&inner, stage)?;
         let next = outliers(request, &measured, &result);
         if next == found || round == ROUNDS {

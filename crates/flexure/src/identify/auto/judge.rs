@@ -114,7 +114,7 @@ pub(super) struct Judgement<'a> {
 pub(super) fn judge<'a>(candidates: &[Judged<'a>], inputs: &[&[f64]]) -> Judgement<'a> {
     let squares: Vec<f64> = candidates.iter().map(|c| mean_square(&c.errors)).collect();
     let worse = comparisons(candidates, &squares);
-    let tier = holding(candidates, simplest(candidates, &worse));
+    let tier = simplest(candidates, &worse);
     // Among equally good ones, the one with the fewest parameters.
     let parameters = |i: &usize| candidates[*i].verdict.estimated.map_or(0, |e| e.parameters);
     let fewest = tier.iter().map(parameters).min();
@@ -160,22 +160,15 @@ fn comparisons(candidates: &[Judged<'_>], squares: &[f64]) -> Vec<Option<Refutat
     candidates.iter().enumerate().map(compared).collect()
 }
 
-/// The simplest candidates that no comparison refutes.
+/// The simplest of the candidates that no comparison refutes: of those that hold, if any does.
 fn simplest(candidates: &[Judged<'_>], worse: &[Option<Refutation>]) -> Vec<usize> {
-    let as_good = || (0..candidates.len()).filter(|i| worse[*i].is_none());
+    let as_good = |i: &usize| worse[*i].is_none();
+    let holds = |i: &usize| candidates[*i].verdict.holds();
+    let any_holds = (0..candidates.len()).filter(as_good).any(|i| holds(&i));
+    let best = || (0..candidates.len()).filter(as_good).filter(|i| !any_holds || holds(i));
     let rank_of = |i: usize| rank(candidates[i].structure);
-    let simplest = as_good().map(rank_of).min();
-    as_good().filter(|i| Some(rank_of(*i)) == simplest).collect()
-}
-
-/// Those of equally good candidates that hold, where there are any.
-fn holding(candidates: &[Judged<'_>], tier: Vec<usize>) -> Vec<usize> {
-    let holding: Vec<usize> = tier
-        .iter()
-        .copied()
-        .filter(|i| candidates[*i].verdict.holds())
-        .collect();
-    if holding.is_empty() { tier } else { holding }
+    let simplest = best().map(rank_of).min();
+    best().filter(|i| Some(rank_of(*i)) == simplest).collect()
 }
 
 /// The share of a candidate's squared error that is not noise: the largest that its tests, the inputs or what the error `looks_like` show.

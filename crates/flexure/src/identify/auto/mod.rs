@@ -9,8 +9,8 @@
 //!   may have it by chance.
 //! - It is **refuted by a test** if one of the [residual tests](crate::validation::ResidualTests) rejects it (1 %, shared out among
 //!   the tests), and the misfit that the test detects is not negligible.
-//! - **Chosen** is the simplest candidate that no comparison refutes. Hammerstein and Wiener are equally simple; one that holds comes first,
-//!   and if both are equally good, the result says so.
+//! - **Chosen** is the simplest candidate that no comparison refutes: of those that hold, if any does. Hammerstein and Wiener are equally
+//!   simple; if both are equally good, the result says so.
 //! - It is **supported** if its [verdict](super::Verdict::holds) is that it holds: no test refutes it, or the misfit that a test detects is
 //!   negligible, and its error is white noise or small. Otherwise the data support none of these structures; this is the right answer for
 //!   hysteresis or a drift.
