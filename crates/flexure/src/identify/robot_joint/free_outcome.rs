@@ -2,12 +2,13 @@
 
 use super::basis::Basis;
 use super::candidates::without_unseen_rise;
-use super::limits::{CURVE_POINTS, HARDLY_DETERMINED};
+use super::limits::{CURVE_POINTS, HARDLY_DETERMINED, LESS_DETERMINED};
 use super::normal::{Covariance, Part};
 use super::outcome::{Estimated, Fitted, IdentifiedCurve};
 use super::system::{FreeCurves, Solved, System};
 use crate::bands::{Band, BandKind};
 use crate::distributions::normal_quantile;
+use crate::sort::median;
 
 /// A solution with free curves, from which results are read.
 pub(super) struct FreeOutcome<'a> {
@@ -72,18 +73,20 @@ impl<'a> FreeOutcome<'a> {
         }])
     }
 
-    /// The root mean square of a form less the curve over the data, as a share of the curve's own. Where the data hardly determine the curve,
-    /// as near zero velocity on an axis that rests, nothing is compared.
+    /// The root mean square of a form less the curve over the data, as a share of the curve's own. Where the data determine the curve far less
+    /// well than elsewhere, and hardly, as near zero velocity on an axis that rests, nothing is compared.
     pub fn distance(&self, curve: usize, form: impl Fn(f64) -> f64) -> f64 {
         let (abscissa, values) = (&self.system.curves[curve], &self.values[curve]);
-        let size = (values.iter().map(|y| y * y).sum::<f64>() / values.len().max(1) as f64).sqrt();
         let first = self.solved.layout.curves[curve].start;
         let basis = &self.curves.splines[curve].basis;
         let covariance = |i: usize, j: usize| self.covariance.at(first + i, first + j);
-        let is_determined =
-            |x: f64| abscissa.torque(x, basis.variance(covariance, x).sqrt()).abs() < HARDLY_DETERMINED * size;
-        let both = abscissa.x.iter().zip(values).filter(|(x, _)| is_determined(**x));
-        let (off, size) = both.fold((0.0, 0.0), |(off, size), (&x, &y)| {
+        let error = |x: &f64| abscissa.torque(*x, basis.variance(covariance, *x).sqrt()).abs();
+        let errors: Vec<f64> = abscissa.x.iter().map(error).collect();
+        let size = (values.iter().map(|y| y * y).sum::<f64>() / values.len().max(1) as f64).sqrt();
+        let limit = (LESS_DETERMINED * median(errors.clone())).max(HARDLY_DETERMINED * size);
+        let data = abscissa.x.iter().zip(values).zip(&errors);
+        let determined = data.filter(|(_, error)| **error <= limit);
+        let (off, size) = determined.fold((0.0, 0.0), |(off, size), ((&x, &y), _)| {
             (off + (form(x) - y).powi(2), size + y * y)
         });
         (off / size.max(f64::MIN_POSITIVE)).sqrt()

@@ -196,9 +196,10 @@ pub const GRID_DENSER: f64 = 10.0;
 /// Half the distance of the points between which a slope is taken, as a share of the range.
 pub const SPLINE_SLOPE_STEP: f64 = 1e-6;
 
-/// From this standard error on, as a share of the curve's root mean square, a form is not compared with the curve. Convention: half of its band is
-/// then a quarter of the curve.
+/// Above this standard error, as a share of the curve's root mean square, and this many times the median, a form is not compared with the curve.
+/// Conventions: half of its band is then a quarter of the curve, and the data say more of it elsewhere.
 pub const HARDLY_DETERMINED: f64 = 0.125;
+pub const LESS_DETERMINED: f64 = 5.0;
 
 /// The most changes of division in a round, for each curve.
 pub const DIVISION_MOVES: usize = 12;
