@@ -198,9 +198,13 @@ fn polished_text(polished: &Polished, units: &Units) -> String {
     let [held_back, polished_held_back] = polished.held_back.map(number);
     let unit = units.position;
     if !polished.is_used {
+        let gain = match polished.held_back {
+            [before, after] if after > before => "worse",
+            _ => "hardly better",
+        };
         return format!(
-            "by the error of its free run, {before} -> {after} {unit}, but on halves that were held back {held_back} -> \
-             {polished_held_back} {unit}: not used"
+            "by the error of its free run, {before} -> {after} {unit}; on halves that were held back {held_back} -> \
+             {polished_held_back} {unit}, {gain}: not used"
         );
     }
     let form = &polished.form;
