@@ -10,7 +10,7 @@
 use super::forms::PhysicalForm;
 use super::limits::{
     DEPENDENT_NOISE, DIFFERENCE_STEP, FINER_STEP, FINER_STEPS, FORM_GROUPS, FORM_LEVEL, FORM_STARTS, FORM_STEPS,
-    MOST_DEGREE, SMALLEST_PARAMETER,
+    MOST_DEGREE, PLACE_INSIDE, SMALLEST_PARAMETER,
 };
 use crate::distributions::{chi_squared_above, chi_squared_quantile};
 use crate::error::{Error, Result};
@@ -206,22 +206,39 @@ impl Problem<'_> {
 
     /// Standard errors; infinite where a parameter is not determined. A quantizer's step has none.
     fn errors(&self, p: &[f64]) -> Vec<f64> {
-        let mut errors = vec![f64::INFINITY; p.len()];
         let without = usize::from(self.form == PhysicalForm::Quantizer);
-        errors[..without].fill(0.0);
         let Some(at) = self.linearised(p) else {
+            let mut errors = vec![f64::INFINITY; p.len()];
+            errors[..without].fill(0.0);
             return errors;
         };
         let acts = |i: &usize| self.is_seen(p, *i) && at.jacobian[*i].iter().any(|v| *v != 0.0);
-        let free: Vec<usize> = (without..p.len()).filter(acts).collect();
-        let columns: Vec<Vec<f64>> = free.iter().map(|i| at.jacobian[*i].clone()).collect();
-        let system = UnitDiagonal::new(&normal_equations(&at.residuals, &columns, 0));
-        if let Some(inverse) = system.scaled_inverse(0.0) {
-            for (k, i) in free.iter().enumerate() {
-                errors[*i] = inverse[k * free.len() + k].max(0.0).sqrt() / system.scale[k];
+        let of = |free: &[usize]| {
+            let mut errors = vec![f64::INFINITY; p.len()];
+            errors[..without].fill(0.0);
+            let columns: Vec<Vec<f64>> = free.iter().map(|i| at.jacobian[*i].clone()).collect();
+            let system = UnitDiagonal::new(&normal_equations(&at.residuals, &columns, 0));
+            if let Some(inverse) = system.scaled_inverse(0.0) {
+                for (k, i) in free.iter().enumerate() {
+                    errors[*i] = inverse[k * free.len() + k].max(0.0).sqrt() / system.scale[k];
+                }
             }
+            errors
+        };
+        let free: Vec<usize> = (without..p.len()).filter(acts).collect();
+        let errors = of(&free);
+        // A place that may as well be at the end of the data is none that they show.
+        let is_inside = |i: &usize| {
+            let (first, last) = (self.points.x[0], self.points.x[self.points.x.len() - 1]);
+            let is_place = self.form.has_places() && *i < self.form.searched();
+            !is_place || (p[*i] - first).min(last - p[*i]) > PLACE_INSIDE * errors[*i]
+        };
+        let inside: Vec<usize> = free.iter().copied().filter(is_inside).collect();
+        if inside.len() == free.len() {
+            errors
+        } else {
+            of(&inside)
         }
-        errors
     }
 
     /// Whether two values of the input lie beyond a place where the form breaks; a single one does not show it.
