@@ -10,7 +10,7 @@ use flexure::text::{exact, visible};
 
 /// Names of columns of instants, in lower case: in English, German, French, Spanish, Italian and Portuguese, the Nordic
 /// languages, and Dutch.
-const NAMES: [&str; 20] = [
+const NAMES: [&str; 26] = [
     "t",
     "ts",
     "time",
@@ -18,6 +18,12 @@ const NAMES: [&str; 20] = [
     "datetime",
     "date",
     "elapsedtime",
+    "elapsed",
+    "uptime",
+    "runtime",
+    "seconds",
+    "secs",
+    "sec",
     "epoch",
     "epochtime",
     "unixtime",
@@ -355,6 +361,9 @@ mod tests {
             ("time_ms", None, 10.0, 0.01),
             ("Time", Some("ms"), 10.0, 0.01),
             ("Time Stamp", Some("µs"), 1e4, 0.01),
+            ("elapsed_s", None, 0.01, 0.01),
+            ("uptime_ms", None, 10.0, 0.01),
+            ("seconds", None, 0.01, 0.01),
             ("axis/t", Some("s"), 0.01, 0.01),
             ("per/unit", None, 1.0, f64::NAN),
             ("lifetime", None, 1.0, f64::NAN),

@@ -39,7 +39,9 @@ function responseTimes(linear, count, name) {
 }
 
 /** The unit of a block's responses, behind a name. */
-const responseUnit = (linear) => (linear.response_unit ? ` (${linear.response_unit})` : "");
+/** A longer unit would not fit beside a plot; the names stand in the diagram. */
+const LONGEST_UNIT = 32;
+const responseUnit = ({ response_unit: unit }) => (unit && unit.length <= LONGEST_UNIT ? ` (${unit})` : "");
 
 /** B(1) / A(1); none where an integrator makes it infinite. */
 function staticGain({ a, b }) {
@@ -200,7 +202,10 @@ function rootCaption(poles, zeros, inside) {
   const text = [];
   if (poles.length) {
     const largest = Math.max(...poles.map((p) => Math.hypot(...p)));
-    text.push(largest < 1 ? `All poles are inside the unit circle: stable, the slowest with |z| = ${readable(largest)}.` : `Unstable: the largest pole has |z| = ${readable(largest)}.`);
+    // The difference of an integrator's pole from 1 is rounding.
+    if (Math.abs(largest - 1) < 1e-9) text.push("It integrates: a pole is on the unit circle.");
+    else if (largest < 1) text.push(`All poles are inside the unit circle: stable, the slowest with |z| = ${readable(largest)}.`);
+    else text.push(`Unstable: the largest pole has |z| = ${readable(largest)}.`);
   }
   const hidden = [...poles.map((r) => ["pole", r]), ...zeros.map((r) => ["zero", r])].filter(([, r]) => !inside(r));
   if (hidden.length) text.push(`Outside the picture: ${hidden.map(([name, r]) => `${name} ${rootText(r)}`).join(", ")}.`);

@@ -153,7 +153,7 @@ const MEASURED: [&str; 7] = ["act", "actual", "meas", "measured", "fb", "feedbac
 const COMMANDED: [&str; 8] = ["ref", "cmd", "command", "set", "soll", "des", "desired", "target"];
 
 /// Words for what a controller aims at, in lower case. A command may be a plant's input.
-const SETPOINTS: [&str; 7] = ["sp", "soll", "sollwert", "ref", "reference", "target", "desired"];
+const SETPOINTS: [&str; 8] = ["sp", "set", "soll", "sollwert", "ref", "reference", "target", "desired"];
 
 /// The meaning of a name, and the number in it: the number of the joint.
 pub fn role(name: &str) -> Option<(Role, &str)> {

@@ -15,7 +15,7 @@ use super::preparations::{
     without_gaps, without_outliers,
 };
 use super::signals::{Signals, signals};
-use crate::text::quoted;
+use crate::text::{capitalised, quoted};
 
 /// With only this number of input levels, a nonlinearity cannot be distinguished from a straight line.
 const TWO: usize = 2;
@@ -215,7 +215,7 @@ fn at_once(repair: &Repair, file: &RecordFile, request: &Request, look: &Look) -
         .filter(|(i, column)| Some(*i) != look.time && column.is_signal())
         .map(|(_, column)| column.name.as_str())
         .collect();
-    let (prepared, _) = steps.of_file(file, time, &columns).ok()?;
+    let (prepared, done) = steps.of_file(file, time, &columns).ok()?;
     let request = Request {
         time: time.map(|name| (name, 1.0)),
         ..*request
@@ -234,7 +234,13 @@ fn at_once(repair: &Repair, file: &RecordFile, request: &Request, look: &Look) -
     let mut options = suggestion.options;
     let end = end.unwrap_or(options.len());
     options.splice(end..end, steps);
-    let reasons = [repair.why.clone()].into_iter().chain(repair.notes.iter().cloned());
+    // The notes are on the steps of a command of its own.
+    let cut = done.iter().filter(|done| done.step == "cut");
+    let notes: Vec<String> = match &repair.in_one {
+        Some(_) => cut.map(|cut| format!("{}.", capitalised(&cut.text))).collect(),
+        None => repair.notes.clone(),
+    };
+    let reasons = [repair.why.clone()].into_iter().chain(notes);
     Some(Suggestion {
         options,
         notes: reasons.chain(suggestion.notes).collect(),

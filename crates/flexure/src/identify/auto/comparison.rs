@@ -78,7 +78,7 @@ impl fmt::Display for Refutation {
     }
 }
 
-/// A factor above 1: to three decimals near 1, to whole numbers if it is large.
+/// A factor above 1: to three decimals near 1, to whole numbers if it is large, and no number where its size means nothing.
 struct Factor(f64);
 
 impl fmt::Display for Factor {
@@ -86,7 +86,7 @@ impl fmt::Display for Factor {
         match self.0 {
             r if r < 10.0 => write!(f, "{r:.3}"),
             r if r < 1e4 => write!(f, "{r:.0}"),
-            r => write!(f, "{r:.1e}"),
+            _ => f.write_str("more than 10,000"),
         }
     }
 }
