@@ -226,7 +226,7 @@ fn missing_outputs_are_skipped_on_request() {
     );
     folder.failed(
         &format!("{IDENTIFY} --missing -o new.json"),
-        "r.csv, line 2: column 'u' is NaN or missing at sample 0; remove or repair that sample",
+        "r.csv, line 2: column 'u' is NaN or missing at sample 0; remove or repair that sample, or say --fill N: gaps of at most N samples are then interpolated",
     );
 }
 
