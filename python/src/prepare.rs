@@ -45,7 +45,7 @@ impl From<Settings> for Preparation {
             held: settings.hold,
             longest_gap: settings.longest_gap,
             fill: settings.fill,
-            unfilled: None,
+            unfilled: Vec::new(),
             low_pass: settings.low_pass.map(|cutoff| LowPass {
                 cutoff,
                 order: settings.order,

@@ -81,12 +81,11 @@ impl ModelOnRecord {
         }
         prepare([&self.model, &self.record], tables, others)?;
         let model = read_model(&self.model)?;
-        self.source.steps.check()?;
         let source = self.source.as_of_model(&model, switches.as_deref_mut(), &self.record)?;
+        source.check()?;
         let file = source.reading.read(&self.record)?;
         let connected = Connected::of_model(&file, &model, self.input.as_deref(), self.output.as_deref())?;
-        let unfilled = switches.is_some().then_some(connected.output.as_str());
-        let file = source.prepared(file, &connected.all(), unfilled, Some(&model))?;
+        let file = source.prepared(file, &connected.all(), &[&connected.output], Some(&model))?;
         if let Some(switches) = switches {
             switches.missing |= source.prepares();
         }

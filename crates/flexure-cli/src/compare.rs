@@ -65,6 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         Some((_, model)) => &arguments.source.as_of_model(model, Some(&mut switches), record)?,
         None => &arguments.source,
     };
+    source.check()?;
     let file = source.reading.read(record)?;
     let connected = |model: &ModelFile| {
         let (input, output) = (arguments.input.as_deref(), arguments.output.as_deref());
@@ -81,8 +82,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             columns.push(name);
         }
     }
-    let output = connected.first().map(|first| first.output.as_str());
-    let file = source.prepared(file, &columns, output, models.first().map(|(_, model)| model))?;
+    let outputs: Vec<&str> = connected.iter().map(|connected| connected.output.as_str()).collect();
+    let file = source.prepared(file, &columns, &outputs, models.first().map(|(_, model)| model))?;
     let mut compared = Vec::with_capacity(models.len());
     for ((name, model), connected) in models.into_iter().zip(connected) {
         source

@@ -42,7 +42,7 @@ impl Experiments {
         let mut known: Option<(f64, String)> = None;
         let files = std::iter::once(Ok(first)).chain(others.iter().map(|path| source.reading.read(path)));
         for file in files {
-            let file = source.prepared(file?, &connected.all(), Some(&connected.output), None)?;
+            let file = source.prepared(file?, &connected.all(), &[&connected.output], None)?;
             check(&file, &connected.inputs(), &connected.output, may_miss)?;
             for (name, column) in all.iter().zip(&mut columns) {
                 column.extend_from_slice(file.column(name)?);

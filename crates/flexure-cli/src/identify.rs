@@ -22,7 +22,6 @@ use crate::output::{print, print_note, print_result, quoted, this_command};
 use crate::periods::PeriodOptions;
 use crate::progress::{spinning, spinning_through};
 use crate::python::{self, Call};
-
 use crate::simulate::read_arm;
 use crate::source::Source;
 
@@ -217,7 +216,7 @@ impl Arguments {
             arguments::distinct_inputs(&inputs, self.output.as_deref())?;
             check_input_count(self.structure(), inputs.len())?;
         }
-        self.source.steps.check()?;
+        self.source.check()?;
         arguments::distinct_points(&self.known)?;
         self.task().map(|_| ())
     }
@@ -259,9 +258,7 @@ impl Arguments {
         check_input_count(self.structure(), columns.inputs.len())?;
         let experiments = match &self.records[1..] {
             [] => {
-                let file = self
-                    .source
-                    .prepared(file, &columns.all(), Some(&columns.output), None)?;
+                let file = self.source.prepared(file, &columns.all(), &[&columns.output], None)?;
                 Experiments {
                     sample_time: self
                         .source

@@ -74,6 +74,21 @@ impl Source {
         kept
     }
 
+    /// Refuses a list that names a column twice, and `--hold` without what it is for.
+    ///
+    /// # Errors
+    /// Wrong usage.
+    pub fn check(&self) -> Result<(), Usage> {
+        self.steps.check()?;
+        match self.steps.holds_in_vain() {
+            true => Err(Usage(
+                "--hold says what a column does between its samples where it is resampled; give --resample too"
+                    .to_owned(),
+            )),
+            false => Ok(()),
+        }
+    }
+
     /// Whether the record is prepared: what is then still missing is said.
     pub fn prepares(&self) -> bool {
         !self.steps.kept().is_empty()
@@ -85,7 +100,8 @@ impl Source {
     }
 
     /// The file with the steps done to the columns in use; a note says what they did. `model` is the one that kept the steps: it may have
-    /// other names for the first of the columns, its inputs and its output. Gaps of the column `unfilled` stay.
+    /// other names for the first of the columns, its inputs and its output. Gaps of the columns `unfilled`
+    /// stay.
     ///
     /// # Errors
     /// For steps that name other columns; as [`Preparation::of_file`](flexure_workbench::preparation::Preparation::of_file).
@@ -93,15 +109,20 @@ impl Source {
         &self,
         file: RecordFile,
         columns: &[&str],
-        unfilled: Option<&str>,
+        unfilled: &[&str],
         model: Option<&ModelFile>,
     ) -> Result<RecordFile> {
         let mut steps = self.steps.preparation();
-        steps.unfilled = unfilled.map(str::to_owned);
+        steps.unfilled = unfilled.iter().map(|&name| name.to_owned()).collect();
         let time = self.reading.time_column();
         // Without instants, the sample time counts as the model's.
-        if model.is_some() && file.instants(time, columns)?.is_none() {
+        if steps.resample.is_some() && model.is_some() && file.instants(time, columns)?.is_none() {
             steps.resample = None;
+            steps.held.clear();
+            print_note(&format!(
+                "note: {} has no instants, so it is not resampled",
+                shown_path(&file.path)
+            ));
         }
         if steps.repeated().is_empty() {
             return Ok(file);
@@ -124,7 +145,8 @@ impl Source {
             .into());
         }
         // A prediction needs no output.
-        let there: Vec<&str> = columns.iter().copied().filter(|name| file.has(name)).collect();
+        let is_signal = |name: &str| file.record.names().iter().any(|own| own == name);
+        let there: Vec<&str> = columns.iter().copied().filter(|name| is_signal(name)).collect();
         let steps = steps.only_for(&there);
         let (prepared, done) = spinning("preparing", || steps.of_file(&file, time, &there))?;
         let done: Vec<&str> = done.iter().map(|done| done.text.as_str()).collect();

@@ -28,7 +28,8 @@ pub struct Steps {
     /// These columns hold their value between samples, as commands do: A,B,... The others are taken as smooth.
     #[arg(long, help_heading = STEPS, value_name = "COLUMNS", value_delimiter = ',')]
     hold: Vec<String>,
-    /// Interpolate gaps of at most N missing samples; by default 3 where something is resampled, else none.
+    /// Interpolate gaps of at most N missing samples; by default 3 where something is resampled, else none. An output that is
+    /// identified or judged stays as it is.
     #[arg(long, help_heading = STEPS, value_name = "N", value_parser = arguments::count)]
     pub fill: Option<usize>,
 }
@@ -62,6 +63,11 @@ impl Steps {
     pub fn kept(&self) -> BTreeMap<String, String> {
         let repeated = self.preparation().repeated().into_iter();
         repeated.map(|(name, value)| (name.to_owned(), value)).collect()
+    }
+
+    /// Whether columns are to hold their values, but nothing is resampled.
+    pub fn holds_in_vain(&self) -> bool {
+        !self.hold.is_empty() && self.resample.is_none()
     }
 
     /// Refuses a list that names a column twice.

@@ -101,12 +101,12 @@ fn a_later_log_without_instants_is_not_resampled() {
     folder.known("later.csv", 800, 5);
     let validated = folder.run("validate model.json later.csv");
     assert_eq!(validated.code, Some(0), "{validated:?}");
-    assert!(
-        validated
-            .stderr
-            .contains("the sample time is taken as the model's, 0.01 s"),
-        "{validated:?}"
-    );
+    for said in [
+        "later.csv has no instants, so it is not resampled",
+        "the sample time is taken as the model's, 0.01 s",
+    ] {
+        assert!(validated.stderr.contains(said), "{validated:?}");
+    }
 }
 
 #[test]
@@ -123,6 +123,8 @@ fn steps_that_cannot_be_done() {
         &format!("{identify} --resample 0.01"),
         "r.csv: a new sample time needs the sample time, and there is no column of time",
     );
+    let in_vain = "--hold says what a column does between its samples where it is resampled; give --resample too";
+    folder.misused(&format!("{identify} --hold u"), in_vain);
     for (options, said) in [
         ("--sample-time 0.1 --resample 0.1", "cannot be used with"),
         ("--hold u,u", "--hold names 'u' twice"),
@@ -176,4 +178,22 @@ fn a_gap_too_long_to_fill_is_cut_off() {
         refused.code == Some(1) && refused.stderr.contains("say --fill N"),
         "{refused:?}"
     );
+}
+
+/// A prediction needs no output: neither one that ends early, nor a column of it without numbers.
+#[test]
+fn a_prediction_goes_on_where_the_output_ends() {
+    let folder = Folder::new();
+    untidy(&folder, "first.csv", "t_ms,u,y", 3, [&[], &[]]);
+    folder.run("identify first.csv --input u --output y --resample 0.01 --hold u -o model.json");
+    let late: Vec<usize> = (300..800).collect();
+    untidy(&folder, "half.csv", "t_ms,u,y", 4, [&[], &late]);
+    let all: Vec<usize> = (0..800).collect();
+    untidy(&folder, "none.csv", "t_ms,u,y", 4, [&[], &all]);
+    for name in ["half", "none"] {
+        let run = folder.run(&format!("predict model.json {name}.csv -o {name}-out.csv"));
+        assert_eq!(run.code, Some(0), "{run:?}");
+        let predicted = flexure_io::read_record(folder.path(&format!("{name}-out.csv"))).unwrap();
+        assert_eq!(predicted.record.len(), 800, "{run:?}");
+    }
 }

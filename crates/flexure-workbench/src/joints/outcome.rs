@@ -132,9 +132,9 @@ impl<'a> Outcome<'a> {
     pub fn verdict(&self) -> Verdict {
         let fault = self.fault();
         let has_stiffness = self.joints.iter().any(|forms| forms.len() > 1);
-        let (forms, fit) = match has_stiffness {
-            true => ("the forms of stiffness and friction", "fit their curves"),
-            false => ("the form of the friction", "fits its curve"),
+        let (forms, are) = match has_stiffness {
+            true => ("the forms of stiffness and friction", "are"),
+            false => ("the form of the friction", "is"),
         };
         let headline = match fault {
             Some(Fault::RunsAway) => "The simulated motion runs away".to_owned(),
@@ -145,7 +145,9 @@ impl<'a> Outcome<'a> {
             Some(Fault::RefutedForm) => {
                 let distances = self.joints.iter().flatten().map(|form| form.lack_of_fit.distance);
                 let distance = percent(distances.fold(0.0, f64::max));
-                capitalised(&format!("{forms} {fit} to {distance}, not exactly"))
+                capitalised(&format!(
+                    "{forms} {are} {distance} off the free curve, more than its error"
+                ))
             }
             None => format!("Nothing refutes {forms}"),
         };

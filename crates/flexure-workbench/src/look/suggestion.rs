@@ -15,6 +15,7 @@ use super::preparations::{
     without_gaps, without_outliers,
 };
 use super::signals::{Signals, signals};
+use crate::preparation::Preparation;
 use crate::text::{capitalised, quoted};
 
 /// With only this number of input levels, a nonlinearity cannot be distinguished from a straight line.
@@ -24,6 +25,9 @@ const FEWEST: usize = 200;
 
 /// What stands for a sample time that the record does not tell.
 const UNKNOWN_TIME: &str = "SECONDS";
+
+/// The option that leaves missing outputs out; an identification that prepares its record does so by itself.
+const MISSING: &str = "--missing";
 
 /// The end of the name of a prepared file, after that of the log.
 const OF_PREPARED: &str = "-prepared";
@@ -215,6 +219,11 @@ fn at_once(repair: &Repair, file: &RecordFile, request: &Request, look: &Look) -
         .filter(|(i, column)| Some(*i) != look.time && column.is_signal())
         .map(|(_, column)| column.name.as_str())
         .collect();
+    let output = signals(request, look).map(|signals| look.columns[signals.output].name.clone());
+    let steps = Preparation {
+        unfilled: output.into_iter().collect(),
+        ..steps.clone()
+    };
     let (prepared, done) = steps.of_file(file, time, &columns).ok()?;
     let request = Request {
         time: time.map(|name| (name, 1.0)),
@@ -238,14 +247,26 @@ fn at_once(repair: &Repair, file: &RecordFile, request: &Request, look: &Look) -
     let cut = done.iter().filter(|done| done.step == "cut");
     let notes: Vec<String> = match &repair.in_one {
         Some(_) => cut.map(|cut| format!("{}.", capitalised(&cut.text))).collect(),
-        None => repair.notes.clone(),
+        None => repair.notes.iter().map(|note| of_inputs(note)).collect(),
     };
+    options.retain(|option| option != MISSING);
     let reasons = [repair.why.clone()].into_iter().chain(notes);
     Some(Suggestion {
         options,
         notes: reasons.chain(suggestion.notes).collect(),
         ..suggestion
     })
+}
+
+/// A note on a preparation of all columns, where the output's gaps stay.
+fn of_inputs(note: &str) -> String {
+    match note.strip_prefix("This interpolates ") {
+        Some(rest) => format!(
+            "This interpolates {}, but not in the output.",
+            rest.trim_end_matches('.')
+        ),
+        None => note.to_owned(),
+    }
 }
 
 /// An identification of a block model, or what it needs before.
@@ -278,8 +299,8 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
     options.extend(structure.into_iter().flatten());
     why.push_str(because);
     if incomplete(signals.output) {
-        options.push("--missing");
-        why.push_str(" The output misses samples, which --missing leaves out of the fit.");
+        options.push(MISSING);
+        why.push_str(" The output misses samples, which are left out of the fit.");
     }
     if !output.outliers.is_empty() {
         options.push("--robust");

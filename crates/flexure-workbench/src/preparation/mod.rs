@@ -88,8 +88,8 @@ pub struct Preparation {
     pub longest_gap: usize,
     /// The same if nothing is resampled; 0 by default.
     pub fill: Option<usize>,
-    /// The column whose missing samples stay missing, as an output that an identification leaves out where it misses.
-    pub unfilled: Option<String>,
+    /// The columns whose missing samples stay missing, as outputs that an identification leaves out where they miss.
+    pub unfilled: Vec<String>,
     /// The low-pass for all columns.
     pub low_pass: Option<LowPass>,
     /// The columns whose mean is taken off.
@@ -110,7 +110,7 @@ impl Default for Preparation {
             held: Vec::new(),
             longest_gap: LONGEST_GAP,
             fill: None,
-            unfilled: None,
+            unfilled: Vec::new(),
             low_pass: None,
             remove_mean: None,
             detrend: None,
@@ -210,7 +210,7 @@ impl Preparation {
         if let Some(longest) = self.fill
             && !resampled(done)
         {
-            steps::fill(table, longest, self.unfilled.as_deref(), done);
+            steps::fill(table, longest, &self.unfilled, done);
         }
         if let Some(filter) = self.low_pass {
             steps::low_pass(table, filter, done)?;
@@ -267,14 +267,14 @@ impl Prepared {
         self.table.columns.iter().map(missing).collect()
     }
 
-    /// Cuts off all but the longest part in which no column misses samples, but for the column `unfilled`. Nothing is cut off where that part is
+    /// Cuts off all but the longest part in which no column misses samples, but for the columns `unfilled`. Nothing is cut off where that part is
     /// short: then gaps are no exception.
-    fn keep_longest_part(&mut self, unfilled: Option<&str>) {
+    fn keep_longest_part(&mut self, unfilled: &[String]) {
         let columns = || {
             self.table
                 .columns
                 .iter()
-                .filter(|column| Some(column.name.as_str()) != unfilled)
+                .filter(|column| !unfilled.contains(&column.name))
         };
         let is_whole = |i: &usize| columns().all(|column| column.samples[*i].is_finite());
         let samples: Vec<usize> = (0..self.table.len()).collect();

@@ -69,7 +69,7 @@ impl Preparation {
     }
 
     /// A file with these of its columns prepared, and what was done. Its instants are those of the column `time`; the column keeps its name, and
-    /// is in s. Where a column other than [`unfilled`](Self::unfilled) still misses samples, the longest part without such a gap is kept.
+    /// is in s. Where a column that is not [`unfilled`](Self::unfilled) still misses samples, the longest part without such a gap is kept.
     ///
     /// # Errors
     /// As [`Preparation::run`].
@@ -82,7 +82,7 @@ impl Preparation {
             ..self.clone()
         };
         let mut prepared = preparation.run(vec![table])?;
-        prepared.keep_longest_part(self.unfilled.as_deref());
+        prepared.keep_longest_part(&self.unfilled);
         let (record, units) = prepared.table.record_over(name.as_deref().unwrap_or_default())?;
         // Which columns are used is no news.
         let done = prepared.done.into_iter().filter(|done| done.step != "keep");

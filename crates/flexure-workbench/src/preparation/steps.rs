@@ -201,7 +201,7 @@ pub(super) fn resample(
     let before = table.len();
     check_computed(grid.samples, table.columns.len() + 1)?;
     let Some(t) = table.instants.take() else { return Ok(()) };
-    let longest_gap = |column: &Column| match preparation.unfilled.as_ref() == Some(&column.name) {
+    let longest_gap = |column: &Column| match preparation.unfilled.contains(&column.name) {
         true => 0,
         false => preparation.longest_gap,
     };
@@ -231,7 +231,7 @@ pub(super) fn resample(
         remarks.push(format!("what is faster than {cutoff} Hz is taken out first"));
     }
     remarks.extend(averaged(&t));
-    remarks.extend(gaps_filled(&t, old, preparation.longest_gap));
+    remarks.extend(gaps_filled(&t, old, preparation));
     remarks.extend(bridged);
     remarks.extend(held(table, preparation));
     remarks.extend(table.columns.iter().filter_map(still_missing));
@@ -248,11 +248,16 @@ fn averaged(instants: &[f64]) -> Option<String> {
 }
 
 /// What is said of gaps in time that are short enough.
-fn gaps_filled(instants: &[f64], step: f64, longest_gap: usize) -> Option<String> {
+fn gaps_filled(instants: &[f64], step: f64, preparation: &Preparation) -> Option<String> {
+    let longest_gap = preparation.longest_gap;
     let is_filled = |w: &&[f64]| (1.5..=longest_gap as f64 + 1.5).contains(&((w[1] - w[0]) / step));
     let filled = instants.windows(2).filter(is_filled).count();
     let gaps = counted(filled, "gap");
-    (filled > 0).then(|| format!("{gaps} in time {} interpolated", is_or_are(filled)))
+    let but = match &preparation.unfilled[..] {
+        [] => String::new(),
+        unfilled => format!(", but not in {}", quoted(unfilled.iter().map(String::as_str))),
+    };
+    (filled > 0).then(|| format!("{gaps} in time {} interpolated{but}", is_or_are(filled)))
 }
 
 /// What is said of the columns that keep their values between samples.
@@ -280,13 +285,13 @@ fn is_or_are(count: usize) -> &'static str {
     if count == 1 { "is" } else { "are" }
 }
 
-pub(super) fn fill(table: &mut Table, longest_gap: usize, unfilled: Option<&str>, done: &mut Vec<Done>) {
+pub(super) fn fill(table: &mut Table, longest_gap: usize, unfilled: &[String], done: &mut Vec<Done>) {
     let filled = table.fill(longest_gap, unfilled);
     for (column, [filled, missing]) in table.columns.iter().zip(filled) {
         if filled + missing == 0 {
             continue;
         }
-        if unfilled == Some(column.name.as_str()) {
+        if unfilled.contains(&column.name) {
             done.extend(still_missing(column).map(|text| Done { step: "fill", text }));
             continue;
         }

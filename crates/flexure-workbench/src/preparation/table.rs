@@ -181,12 +181,12 @@ impl Table {
         Ok((Record::new(instants.chain(columns))?, units))
     }
 
-    /// Interpolates short gaps of every column but one; returns how many samples were interpolated and how many are still missing, by column.
-    pub(super) fn fill(&mut self, longest_gap: usize, unfilled: Option<&str>) -> Vec<[usize; 2]> {
+    /// Interpolates short gaps of every column but some; returns how many samples were interpolated and how many are still missing, by column.
+    pub(super) fn fill(&mut self, longest_gap: usize, unfilled: &[String]) -> Vec<[usize; 2]> {
         let missing = |x: &[f64]| x.iter().filter(|x| !x.is_finite()).count();
         let of = |column: &mut Column| {
             let before = missing(&column.samples);
-            if before > 0 && unfilled != Some(column.name.as_str()) {
+            if before > 0 && !unfilled.contains(&column.name) {
                 column.samples = fill(&column.samples, longest_gap);
             }
             let after = missing(&column.samples);

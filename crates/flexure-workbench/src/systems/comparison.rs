@@ -136,7 +136,7 @@ pub fn show_on(comparison: &StructureComparison, page: &mut Page) {
         }
         None if comparison.candidates.iter().all(|c| !c.refuted_by.is_empty()) => {
             let nearest = nearest(comparison).map_or(String::new(), |nearest| format!("; {nearest}"));
-            format!("None of these structures holds exactly{nearest}")
+            format!("None of these structures holds{nearest}")
         }
         None => "None of these structures is supported by the data".to_owned(),
     };

@@ -55,7 +55,8 @@ impl<'a> Judged<'a> {
         let own = rank(self.structure);
         let holds = || self.verdict.holds() && (self.verdict.misfit() < TRIFLING_MISFIT || own >= Some(Rank::General));
         let is_enough = || structure.rank >= Some(Rank::General) && holds() && self.error() <= least;
-        let doubtful = structure.rank == Some(Rank::General) && self.leaves_much_colour();
+        let is_loop = structure.rank == Some(Rank::General) && !structure.has_several_inputs();
+        let doubtful = is_loop && self.leaves_much_colour();
         own < structure.rank && (self.leaves_white_noise() || is_enough() && !doubtful)
     }
 

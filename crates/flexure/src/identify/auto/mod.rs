@@ -17,7 +17,7 @@
 //!
 //! If a simple candidate leaves white noise, more complex ones are not fitted. A loop and parallel branches contain most others and take
 //! longest: they are fitted only if nothing simpler both holds, with a misfit below 0.1 % of the output's standard deviation, and has the
-//! least error so far. A loop is fitted nevertheless if most of that error follows from its own past: so do the errors on hysteresis, which
+//! least error so far. A loop is fitted nevertheless if the fit is below 98 % and most of the error follows from its own past: so do the errors on hysteresis, which
 //! no test of a dependence on the input may see. Nothing here is random.
 //!
 //! If no candidate holds, the result says what the error of the chosen one looks like: something in a loop, a drift in time,

@@ -56,7 +56,8 @@ impl Signals {
         let mut best: Option<(Explanation, Option<Finding>)> = None;
         for acting in ACTINGS {
             for explanation in self.explanations(joint, acting, band) {
-                if best.as_ref().is_some_and(|(best, _)| best.score < explanation.score) {
+                let is_worse = best.as_ref().is_some_and(|(best, _)| best.score < explanation.score);
+                if explanation.score.is_nan() || is_worse {
                     continue;
                 }
                 if !acting.held {

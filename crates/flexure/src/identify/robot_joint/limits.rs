@@ -80,13 +80,13 @@ pub const RESOLVED: f64 = 3.0;
 pub const HIGHEST_RIGID: f64 = 0.2;
 /// An axis may rest below this many times the smallest velocity that is resolved: ripple of the smoothing does not end a rest. Convention.
 pub const SLOW: f64 = 3.0;
-/// Steps of a sample and rounds of the search for the initial velocity, where the motion near rest is simulated; and rounds of doing so with better values.
+/// Steps of a sample and rounds of the search for the initial velocity, where the motion near rest is simulated; and rounds of doing so with better values. Conventions.
 pub const PASSAGE_SUBSTEPS: usize = 8;
 pub const PASSAGE_ROUNDS: usize = 5;
 pub const PASSAGES_AGAIN: usize = 3;
-/// Ratios between the smallest and the largest velocity, at which a Stribeck effect is tried for the motion near rest.
+/// Ratios between the smallest and the largest velocity, at which a Stribeck effect is tried for the motion near rest. Convention.
 pub const STRIBECK_VELOCITIES: usize = 16;
-/// The width of the jump of friction at zero where the motion is known within samples, as a share of the smallest velocity that is resolved.
+/// The width of the jump of friction at zero where the motion is known within samples, as a share of the smallest velocity that is resolved. Convention.
 pub const JUMP_WIDTH: f64 = 1e-3;
 /// Fewer samples than this within the mechanical time constant do not separate inertia from friction.
 pub const SAMPLES_A_CONSTANT: f64 = 5.0;

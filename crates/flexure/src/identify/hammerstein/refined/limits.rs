@@ -162,7 +162,7 @@ pub(super) const MOST_LISTED: usize = 6;
 /// Forms: the level of the test of lack of fit, and the most groups of samples in it. Conventions.
 pub(super) const FORM_LEVEL: f64 = 0.01;
 pub(super) const FORM_GROUPS: usize = 40;
-/// Forms: standard errors by which a place where a form breaks must lie within the data; otherwise it may as well be at their end.
+/// Forms: standard errors by which a place where a form breaks must lie within the data; otherwise it may as well be at their end. Convention.
 pub(super) const PLACE_INSIDE: f64 = 2.0;
 /// Forms: points of the grid that are refined, and the most steps of each refinement. Conventions.
 pub(super) const FORM_STARTS: usize = 4;
