@@ -89,7 +89,7 @@ impl Source {
         }
     }
 
-    /// Whether the record is prepared: what is then still missing is said.
+    /// Whether the record is prepared. A note then says which samples are still missing.
     pub fn prepares(&self) -> bool {
         !self.steps.kept().is_empty()
     }

@@ -234,14 +234,16 @@ fn at_once(repair: &Repair, file: &RecordFile, request: &Request, look: &Look) -
     let Ok(Some(Next::Identify(suggestion, columns))) = next(&prepared, &request, &after, sample_time, look) else {
         return None;
     };
-    let steps = steps.only_for(&columns);
-    let steps = steps
-        .repeated()
-        .into_iter()
-        .flat_map(|(name, value)| [format!("--{name}"), value]);
-    let end = suggestion.options.iter().position(|option| option == "-o");
+    let steps = steps.only_for(&columns).repeated().into_iter();
+    let steps: Vec<String> = steps.flat_map(|(name, value)| [format!("--{name}"), value]).collect();
     let mut options = suggestion.options;
-    let end = end.unwrap_or(options.len());
+    if !steps.is_empty() {
+        options.retain(|option| option != MISSING);
+    }
+    let end = options
+        .iter()
+        .position(|option| option == "-o")
+        .unwrap_or(options.len());
     options.splice(end..end, steps);
     // The notes are on the steps of a command of its own.
     let cut = done.iter().filter(|done| done.step == "cut");
@@ -249,7 +251,6 @@ fn at_once(repair: &Repair, file: &RecordFile, request: &Request, look: &Look) -
         Some(_) => cut.map(|cut| format!("{}.", capitalised(&cut.text))).collect(),
         None => repair.notes.iter().map(|note| of_inputs(note)).collect(),
     };
-    options.retain(|option| option != MISSING);
     let reasons = [repair.why.clone()].into_iter().chain(notes);
     Some(Suggestion {
         options,
@@ -258,7 +259,7 @@ fn at_once(repair: &Repair, file: &RecordFile, request: &Request, look: &Look) -
     })
 }
 
-/// A note on a preparation of all columns, where the output's gaps stay.
+/// The note on a preparation, for an identification: it interpolates the inputs, but leaves gaps of the output as they are.
 fn of_inputs(note: &str) -> String {
     match note.strip_prefix("This interpolates ") {
         Some(rest) => format!(
