@@ -87,11 +87,11 @@ impl Basis {
         Basis::new(x, pieces, FRICTION_DENSER)
     }
 
-    /// The same and the sign of x, for a friction that jumps at zero.
+    /// The same and the sign of x, for a friction that jumps at zero. The jump is what changes fast there, so the breakpoints are less dense.
     pub fn dry_friction(x: &[f64], pieces: usize) -> Basis {
         Basis {
             jumps: true,
-            ..Basis::new(x, pieces, FRICTION_DENSER)
+            ..Basis::new(x, pieces, STIFFNESS_DENSER)
         }
     }
 
