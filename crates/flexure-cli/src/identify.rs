@@ -1,29 +1,30 @@
 //! `flexure identify`: a model from a record.
 
+mod run;
+mod stream;
+
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result};
+use anyhow::Result;
 use clap::ValueEnum;
 use flexure::identify::{AUTO, Calibration, HAMMERSTEIN, Options, RefinedHammerstein, Structure, structures};
 use flexure::text::shown_path;
 use flexure_io::{ModelFile, RecordFile, model_text};
 use flexure_report::data::ArmMotion;
 use flexure_workbench::fleet::{Outcome, joined, single_values};
-use flexure_workbench::systems::{Decoration, Identified, SystemColumns, Task, arm_motion};
+use flexure_workbench::systems::{Identified, SystemColumns, Task, arm_motion};
 
-use crate::applied::with_missing;
 use crate::arguments::{self, Auto, Usage};
 use crate::columns::Connected;
-use crate::experiments::{self, Experiments};
-use crate::files::{prepare, write_text, wrote};
+use crate::experiments::Experiments;
 use crate::method::{self, MethodName, PlainOptions, RefinedOptions};
-use crate::output::{print, print_note, print_result, quoted, this_command};
+use crate::output::quoted;
 use crate::periods::PeriodOptions;
-use crate::progress::{spinning, spinning_through};
 use crate::python::{self, Call};
 use crate::simulate::read_arm;
 use crate::source::Source;
+pub use run::{by_name, run};
 
 /// Identify a block-oriented model from an input-output record.
 ///
@@ -86,6 +87,10 @@ pub struct Arguments {
     /// Write a page that shows everything here.
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
+    /// Read the record in parts, once for every step of the fit: for a Parquet file that is larger than memory. The structure is
+    /// hammerstein. The verdict is about the end of the last million samples.
+    #[arg(long, conflicts_with_all = ["robust", "missing", "arm"])]
+    stream: bool,
     #[command(flatten)]
     source: Source,
     /// Print one JSON object.
@@ -242,12 +247,12 @@ impl Arguments {
         })
     }
 
-    /// Reads the record, or those of several experiments, and finds the columns.
-    fn read(&self) -> Result<(Experiments, Connected)> {
-        self.connected(self.source.reading.read(&self.records[0])?)
+    /// The files to write.
+    fn outputs(&self) -> impl Iterator<Item = &PathBuf> {
+        [&self.model, &self.report].into_iter().flatten()
     }
 
-    /// [`read`](Self::read) after its first step: `file` is the first record.
+    /// Reads all experiments, of whose records `file` is the first, and finds the columns.
     fn connected(&self, file: RecordFile) -> Result<(Experiments, Connected)> {
         let columns = Connected::of_record(
             &file,
@@ -350,98 +355,4 @@ fn check_input_count(structure: &Structure, inputs: usize) -> Result<(), Usage> 
         "--structure {} needs {least} to {most} inputs; name them by --input A,B, or choose another structure",
         structure.name.key
     )))
-}
-
-/// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
-    arguments.check()?;
-    let (task, note) = arguments.task()?;
-    let outputs = [&arguments.model, &arguments.report].into_iter().flatten();
-    let others = [arguments.periods.first_given(), arguments.arm.as_ref().map(|_| "--arm")];
-    experiments::refuse(arguments.records.len(), &task, others.into_iter().flatten().next())?;
-    prepare(arguments.records.iter().chain(&arguments.arm), [], outputs.clone())?;
-    if let Some(note) = note {
-        print_note(&note);
-    }
-    let (experiments, connected) = arguments.read()?;
-    let Experiments {
-        file,
-        samples,
-        sample_time,
-    } = experiments;
-    let columns = SystemColumns {
-        inputs: &connected.inputs(),
-        output: &connected.output,
-    };
-    let task = arguments.of_prepared(task, &file, columns.output);
-    let (task, note) = match samples.len() {
-        1 => arguments.fitting(task, &file, columns),
-        _ => (task, None),
-    };
-    if let Some(note) = note {
-        print_note(&note);
-    }
-    let periodic = match samples.len() {
-        1 => arguments.periods.approximate(&file, columns, sample_time)?,
-        _ => None,
-    };
-    let mut identified = spinning_through("identifying", |report| {
-        task.identify(&file, columns, sample_time, &samples, &|stage| {
-            report(stage);
-            ControlFlow::Continue(())
-        })
-    })
-    .map_err(|error| with_missing(error, &connected.output, !arguments.missing))?;
-    identified.periodic = periodic;
-
-    // Everything is made before anything is written.
-    let mut files = Vec::new();
-    if let Some(path) = &arguments.report {
-        let decoration = Decoration {
-            command: Some(this_command()),
-            python: arguments.python(&file, columns, sample_time, &task),
-            arm: arguments.moving_arm(&file, sample_time)?,
-            ..Decoration::default()
-        };
-        files.push((path, identified.html(&file, decoration)?));
-    }
-    if let Some(path) = &arguments.model {
-        files.push((path, model_text(&arguments.model(&identified), path)?));
-    }
-    for (path, text) in files {
-        write_text(path, &text)?;
-    }
-    if arguments.json {
-        return print(&identified.json().to_string());
-    }
-    // The default structure is one of many.
-    let is_default = arguments.is_default() && task.structure.name == arguments.structure().name && samples.len() == 1;
-    let holds = identified.result.verdict.holds();
-    let is_hidden = identified.result.verdict.hidden_by.is_some();
-    let next = match &arguments.model {
-        _ if is_hidden && !arguments.robust => Some(format!("{} --robust", this_command())),
-        _ if !holds && is_default && columns.inputs.len() == 1 => Some(format!("{} --structure auto", this_command())),
-        Some(model) if holds || identified.result.comparison.is_some() => {
-            let page = arguments.report.as_ref().map_or("", |_| " --report validated.html");
-            let model = quoted(&model.display().to_string());
-            Some(format!("flexure validate {model} ANOTHER-LOG{page}"))
-        }
-        _ => None,
-    };
-    let next = next.map(|command| [String::new(), format!("next: {command}")]);
-    print_result(&identified.summary(), wrote(outputs).chain(next.into_iter().flatten()))
-}
-
-/// Identifies a system of this structure, with its usual choices, and says in which file and line an error lies.
-pub fn by_name(structure: &str, file: &RecordFile, [input, output]: [&str; 2], sample_time: f64) -> Result<Identified> {
-    let structure = Structure::by_name(structure).with_context(|| format!("there is no structure '{structure}'"))?;
-    let options = Options::default();
-    let task = Task { structure, options };
-    let columns = SystemColumns {
-        inputs: &[input],
-        output,
-    };
-    spinning("identifying", || {
-        task.identify(file, columns, Some(sample_time), &[], &|_| ControlFlow::Continue(()))
-    })
 }

@@ -33,6 +33,7 @@ mod signals;
 mod simulate;
 mod source;
 mod steps;
+mod streamed;
 mod study;
 mod tuning;
 mod validate;

@@ -43,7 +43,9 @@ pub use atomic::{check_writable, destination, make_folder, together, write_atomi
 pub use error::{Error, LineProblem, NoMemory, Result};
 pub use formats::{FORMATS, Format};
 pub use memory::{check_computed, usual_memory};
-pub use model::{BlockLabel, ModelFile, ModelPath, RecordMark, model_text, parse_model, read_model, write_model};
+pub use model::{
+    BlockLabel, ColumnChecksum, ModelFile, ModelPath, RecordMark, model_text, parse_model, read_model, write_model,
+};
 pub use options::{Decimal, ReadOptions};
 pub use parquet_file::{ParquetParts, TakeRows};
 pub use read::read_record;

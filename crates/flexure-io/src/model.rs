@@ -15,7 +15,7 @@ use serde_json::error::Category;
 use crate::atomic::write_atomically;
 use crate::error::{Error, Result};
 use crate::memory::{LONGEST_MODEL, small_file};
-pub use mark::RecordMark;
+pub use mark::{ColumnChecksum, RecordMark};
 
 /// What `format` says in every model file.
 pub(crate) const FORMAT: &str = "flexure-model";

@@ -1,8 +1,8 @@
 //! `flexure regress --stream`: a record that is read in parts.
 
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use flexure::nonlinearity::EstimatorName;
-use flexure_io::{ParquetParts, usual_memory, write_record_with_units};
+use flexure_io::{ParquetParts, write_record_with_units};
 use flexure_workbench::regression::Streamed;
 
 use super::Arguments;
@@ -10,6 +10,7 @@ use crate::arguments::Usage;
 use crate::files::{name_json, prepare, wrote};
 use crate::output::{print, print_result};
 use crate::progress::measured;
+use crate::streamed;
 
 /// Points of the curve, unless --grid says otherwise.
 const POINTS: usize = 301;
@@ -33,16 +34,7 @@ fn asked(arguments: &Arguments) -> Result<Streamed, Usage> {
             _ => return Err(Usage("--bandwidth: --stream takes one bandwidth".to_owned())),
         },
     };
-    if let Some(option) = arguments.reading.given().first() {
-        return Err(Usage(format!(
-            "--stream reads Parquet files as they are; leave out {option}"
-        )));
-    }
-    let memory = arguments.reading.memory().unwrap_or_else(usual_memory);
-    if memory < Streamed::LEAST_MEMORY {
-        let least = Streamed::LEAST_MEMORY >> 20;
-        return Err(Usage(format!("--memory: --stream takes {least}MiB or more")));
-    }
+    let memory = streamed::memory(&arguments.record, &arguments.reading, &[], Streamed::LEAST_MEMORY)?;
     Ok(Streamed {
         x: x.clone(),
         y: arguments.y.clone(),
@@ -55,29 +47,14 @@ fn asked(arguments: &Arguments) -> Result<Streamed, Usage> {
     })
 }
 
-fn is_parquet(arguments: &Arguments) -> bool {
-    let extension = arguments.record.extension();
-    extension.is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"))
-}
-
 /// Extends the error of a record that is too large: it names the option that reads the record in parts.
 pub fn with_stream(error: anyhow::Error, arguments: &Arguments) -> anyhow::Error {
-    match error.downcast_ref() {
-        Some(flexure_io::Error::TooLarge { .. }) if is_parquet(arguments) && arguments.x.len() == 1 => {
-            anyhow!("{error}, and --stream reads it in parts")
-        }
-        _ => error,
-    }
+    streamed::with_stream(error, &arguments.record, arguments.x.len() == 1)
 }
 
 /// Runs the command with --stream.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let asked = asked(arguments)?;
-    if !is_parquet(arguments) {
-        let message =
-            "--stream reads Parquet files; flexure prepare RECORD -o RECORD.parquet makes one of what fits into memory";
-        return Err(Usage(message.to_owned()).into());
-    }
     prepare([&arguments.record], &arguments.out, &None)?;
     let parts = ParquetParts::open(&arguments.record, &[&asked.x, &asked.y])?;
     let report = measured("reading", |reported| {

@@ -1,15 +1,19 @@
 //! A Parquet file part by part, for computations that need the rows one after the other, not all at once.
 
 use std::fs::File;
+use std::ops::Range;
 use std::panic::{AssertUnwindSafe, resume_unwind};
 use std::path::{Path, PathBuf};
 
+use flexure::Record;
 use flexure::error::DataError;
+use parquet::column::reader::ColumnReader;
+use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 
 use super::{Appended, CONTRADICTORY, Kind, check_ends, content, damaged, next, quietly};
 use crate::error::{Error, Result};
-use crate::record_file::Other;
+use crate::record_file::{Other, RecordFile};
 use crate::units::split_units;
 
 /// Some columns of a Parquet file, row group by row group. Memory holds only one page of every column, for files of any length.
@@ -35,6 +39,7 @@ use crate::units::split_units;
 /// ```
 pub struct ParquetParts {
     path: PathBuf,
+    names: Vec<String>,
     columns: Vec<(usize, Kind)>,
     units: Vec<Option<String>>,
     /// The place of every part's first row in the file, and the number of all rows.
@@ -56,6 +61,59 @@ impl ParquetParts {
         check_ends(path, &file)?;
         quietly(AssertUnwindSafe(|| Self::checked(path, file, columns)))
             .unwrap_or_else(|_| Err(damaged(path, CONTRADICTORY)))
+    }
+
+    /// The first rows of a file with all columns that can be read: names, units and clocks are as in the record that
+    /// [`ReadOptions::read`](crate::ReadOptions::read) makes of the file.
+    ///
+    /// # Errors
+    /// As [`ParquetParts::open`], for a file without a column that can be read.
+    pub fn head(path: impl AsRef<Path>, rows: u64) -> Result<RecordFile> {
+        let path = path.as_ref();
+        let parts = ParquetParts::open(path, &[])?;
+        let (mut columns, mut units, mut refused) = (Vec::new(), Vec::new(), None);
+        for name in &parts.names {
+            let only = ParquetParts::open(path, &[name]).and_then(|only| Ok((only.rows_of(0..rows)?, only.units)));
+            match only {
+                Ok((samples, unit)) => {
+                    columns.extend(samples.into_iter().map(|samples| (name.clone(), samples)));
+                    units.extend(unit);
+                }
+                Err(error) => refused = Some(error),
+            }
+        }
+        if let (true, Some(error)) = (columns.is_empty(), refused) {
+            return Err(error);
+        }
+        parts.record(columns, units)?.with_clocks()
+    }
+
+    /// The rows of a range as a record, which is held in memory.
+    ///
+    /// # Errors
+    /// As [`ParquetParts::read`].
+    pub fn excerpt(&self, rows: Range<u64>) -> Result<RecordFile> {
+        let names = self.columns.iter().map(|(i, _)| self.names[*i].clone());
+        self.record(names.zip(self.rows_of(rows)?).collect(), self.units.clone())
+    }
+
+    fn record(&self, columns: Vec<(String, Vec<f64>)>, units: Vec<Option<String>>) -> Result<RecordFile> {
+        let record = Record::new(columns).map_err(|error| self.locate(error))?;
+        Ok(RecordFile {
+            units,
+            ..RecordFile::new(record, &self.path)
+        })
+    }
+
+    fn rows_of(&self, rows: Range<u64>) -> Result<Vec<Vec<f64>>> {
+        let mut all = vec![Vec::new(); self.columns.len()];
+        self.read_rows(rows, &mut |_, columns| {
+            for (all, samples) in all.iter_mut().zip(columns) {
+                all.extend_from_slice(samples);
+            }
+            Ok(())
+        })?;
+        Ok(all)
     }
 
     fn checked(path: &Path, file: File, columns: &[&str]) -> Result<Self> {
@@ -88,6 +146,7 @@ impl ParquetParts {
         Ok(ParquetParts {
             path: path.to_owned(),
             units: columns.iter().map(|(i, _)| all_units[*i].clone()).collect(),
+            names,
             columns,
             starts,
         })
@@ -113,12 +172,38 @@ impl ParquetParts {
         Error::data(&self.path, error)
     }
 
+    /// The rows of a part.
+    pub fn rows_in(&self, part: usize) -> Range<u64> {
+        self.starts[part]..self.starts[part + 1]
+    }
+
     /// Calls `each` with the rows of a part, in order, a batch at a time.
     ///
     /// # Errors
     /// [`Error::Content`] and [`Error::Truncated`] for damaged data; [`Error::Data`] for integers that f64 cannot hold; errors of `each`.
     pub fn read(&self, part: usize, each: &mut TakeRows) -> Result<()> {
-        match quietly(AssertUnwindSafe(|| self.read_checked(part, each))) {
+        self.read_rows(self.rows_in(part), each)
+    }
+
+    /// Calls `each` with the rows of a range, as far as the file has them, in order, a batch at a time.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn read_rows(&self, rows: Range<u64>, each: &mut TakeRows) -> Result<()> {
+        let read = || {
+            // Opens the file again: several parts may be read at once, and copies of a handle share one position.
+            let file = File::open(&self.path).map_err(|cause| Error::read(&self.path, cause))?;
+            let reader = SerializedFileReader::new(file).map_err(|error| content(&self.path, error))?;
+            for part in 0..self.count() {
+                let own = self.rows_in(part);
+                let wanted = rows.start.max(own.start)..rows.end.min(own.end);
+                if !wanted.is_empty() {
+                    self.read_checked(&reader, part, wanted, each)?;
+                }
+            }
+            Ok(())
+        };
+        match quietly(AssertUnwindSafe(read)) {
             Ok(result) => result,
             Err(panic) if panic.is::<&str>() || panic.is::<String>() => Err(damaged(&self.path, CONTRADICTORY)),
             // Work that is asked to stop unwinds in this way.
@@ -126,45 +211,59 @@ impl ParquetParts {
         }
     }
 
-    fn read_checked(&self, part: usize, each: &mut TakeRows) -> Result<()> {
+    fn read_checked(
+        &self,
+        file: &SerializedFileReader<File>,
+        part: usize,
+        rows: Range<u64>,
+        each: &mut TakeRows,
+    ) -> Result<()> {
         let content = |error| content(&self.path, error);
-        // Opens the file again: several parts may be read at once, and copies of a handle share one position.
-        let file = File::open(&self.path).map_err(|cause| Error::read(&self.path, cause))?;
-        let reader = SerializedFileReader::new(file).map_err(content)?;
-        let group = reader.get_row_group(part).map_err(content)?;
-        let readers = self
-            .columns
-            .iter()
-            .map(|(i, kind)| Ok((group.get_column_reader(*i)?, *kind)));
+        let damaged = |detail: &str| damaged(&self.path, detail);
+        let group = file.get_row_group(part).map_err(content)?;
+        let before = usize::try_from(rows.start - self.starts[part]).unwrap_or(usize::MAX);
+        let readers = self.columns.iter().map(|(i, kind)| {
+            let mut reader = group.get_column_reader(*i)?;
+            skip(&mut reader, before)?;
+            Ok((reader, *kind))
+        });
         let mut readers = readers.collect::<std::result::Result<Vec<_>, _>>().map_err(content)?;
         let mut columns: Vec<Vec<f64>> = vec![Vec::new(); readers.len()];
-        let mut row = self.starts[part];
-        loop {
+        let mut row = rows.start;
+        while row < rows.end {
             for ((reader, kind), samples) in readers.iter_mut().zip(&mut columns) {
                 samples.clear();
                 let appended = next(reader, *kind, samples, &mut |_, _| Appended::All).map_err(content)?;
                 if matches!(appended, Some(Appended::Inexact)) {
                     return Err(damaged(
-                        &self.path,
                         "it has integers beyond 2^53, which cannot be represented exactly",
                     ));
                 }
             }
-            let rows = columns.first().map_or(0, Vec::len);
-            if columns.iter().any(|samples| samples.len() != rows) {
-                return Err(damaged(&self.path, "its columns have different lengths; save it again"));
+            let read = columns.first().map_or(0, Vec::len);
+            if columns.iter().any(|samples| samples.len() != read) {
+                return Err(damaged("its columns have different lengths; save it again"));
             }
-            if rows == 0 {
-                return match row == self.starts[part + 1] {
-                    true => Ok(()),
-                    false => Err(damaged(
-                        &self.path,
-                        "it has another number of rows than it declares; save it again",
-                    )),
-                };
+            if read == 0 || row + read as u64 > self.starts[part + 1] {
+                return Err(damaged("it has another number of rows than it declares; save it again"));
             }
+            let wanted = usize::try_from(rows.end - row).map_or(read, |left| left.min(read));
+            columns.iter_mut().for_each(|samples| samples.truncate(wanted));
             each(row, &columns)?;
-            row = row.saturating_add(rows as u64);
+            row += read as u64;
         }
+        Ok(())
+    }
+}
+
+/// Passes over the first rows of a column.
+fn skip(reader: &mut ColumnReader, rows: usize) -> std::result::Result<usize, ParquetError> {
+    match reader {
+        ColumnReader::BoolColumnReader(r) => r.skip_records(rows),
+        ColumnReader::Int32ColumnReader(r) => r.skip_records(rows),
+        ColumnReader::Int64ColumnReader(r) => r.skip_records(rows),
+        ColumnReader::FloatColumnReader(r) => r.skip_records(rows),
+        ColumnReader::DoubleColumnReader(r) => r.skip_records(rows),
+        _ => Err(ParquetError::General("a column's type changed".to_owned())),
     }
 }

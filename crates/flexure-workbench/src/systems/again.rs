@@ -70,6 +70,7 @@ impl Identified {
             is_other_record: fitted != Some(judged_skip),
             labels: Labels::new(file),
             periodic: None,
+            in_parts: None,
         })
     }
 }

@@ -41,7 +41,7 @@ pub fn findings(identified: &Identified, kept: fn(&Detail) -> bool) -> Value {
         "fit_percent": verdict.measures.fit_percent,
         "rms": verdict.measures.rms,
         "r_squared": verdict.measures.r_squared,
-        "samples_fitted": result.fitted,
+        "samples_fitted": identified.in_parts.map_or(result.fitted, |fitted| fitted.samples),
         "samples_fresh": verdict.measures.samples,
         "holds": verdict.holds(),
         "misfit": verdict.misfit(),

@@ -11,6 +11,7 @@ mod page;
 mod periods;
 mod poles;
 mod prediction;
+mod streamed;
 mod summary;
 mod task;
 mod validation;
@@ -21,6 +22,7 @@ pub use form::form;
 pub use page::{Decoration, Truth, arm_motion, score_curve};
 pub use periods::{Periodic, period};
 pub use prediction::{Ahead, FreeRun, Outside, Start, columns, predict, simulate};
+pub use streamed::{Fitted, Streamed};
 pub use task::{Identified, Task, check};
 pub use validation::{Judged, Judging};
 

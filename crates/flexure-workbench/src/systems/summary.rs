@@ -44,6 +44,9 @@ impl Identified {
                 verdict.measures.samples
             ),
         );
+        if let Some(fitted) = self.in_parts {
+            lines.item("samples", fitted.text());
+        }
         for (i, path) in result.paths.iter().enumerate() {
             if result.is_sum {
                 lines.sentence(capitalised(&result.path_title(i)));

@@ -10,6 +10,7 @@ use flexure_io::{RecordFile, RecordMark};
 
 use super::columns::SystemColumns;
 use super::periods::Periodic;
+use super::streamed::Fitted;
 use crate::labels::Labels;
 
 /// What is to be identified, with the choices that were given.
@@ -40,6 +41,8 @@ pub struct Identified {
     pub records: Vec<RecordMark>,
     /// The best linear approximation of a periodic record, reported in addition to the model.
     pub periodic: Option<Periodic>,
+    /// What was fitted of a record that was read in parts: the result's own record is its end.
+    pub in_parts: Option<Fitted>,
 }
 
 impl Task {
@@ -115,6 +118,7 @@ impl Task {
             labels: Labels::new(file),
             records: marks.collect::<flexure::Result<_>>()?,
             periodic: None,
+            in_parts: None,
         })
     }
 }

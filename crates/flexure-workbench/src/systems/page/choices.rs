@@ -109,6 +109,10 @@ fn samples_fact(identified: &Identified) -> Fact {
         let note = format!("{fitted} at the start left out of the verdict, for the model to settle");
         return Fact::new("Samples", all.to_string(), note);
     }
+    if let Some(in_parts) = identified.in_parts {
+        let note = format!("{}; {} kept for the verdict", in_parts.text(), all - fitted);
+        return Fact::new("Samples", (in_parts.samples + all - fitted).to_string(), note);
+    }
     let missing = match all - fitted - result.verdict.measures.samples {
         0 => String::new(),
         n => format!(" ({n} of those missing)"),

@@ -126,10 +126,10 @@ impl Identified {
                 "{model}, judged on {} samples of {file}.",
                 result.verdict.measures.samples
             ),
-            false => format!(
-                "{model} identified from {} samples of {file}; judged on the {fresh} that follow.",
-                result.fitted
-            ),
+            false => {
+                let fitted = self.in_parts.map_or(result.fitted, |fitted| fitted.samples);
+                format!("{model} identified from {fitted} samples of {file}; judged on the {fresh} that follow.")
+            }
         }
     }
 }

@@ -227,13 +227,14 @@ impl ShardedHammerstein {
         self.best.extended.equations.count
     }
 
-    /// The system, with standard errors from all shards, and the verdict on the fresh end of the record of the request.
+    /// The system, with standard errors from all shards, and the verdict on the fresh share of the record of the request,
+    /// which is the end of all shards.
     ///
     /// # Errors
     /// Those of [`RefinedHammerstein::identify`].
     pub fn identification(&self, request: &Request<'_>) -> Result<Identification> {
         let (input, output) = (request.input()?, request.output);
-        let all = Experiments::new(request.records, input, output, false, self.method.fresh_share)?;
+        let all = Experiments::new(request.records, input, output, false, request.options.fresh_share)?;
         let result = self
             .method
             .outcome(request, &all, &self.best, self.count(), self.warnings.clone())?;
