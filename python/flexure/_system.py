@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from html import escape
-from numbers import Real
 from os import PathLike
 from pathlib import Path
 from typing import Any, ClassVar, Self
@@ -20,57 +19,15 @@ from flexure._arrays import whole
 from flexure._core import FlexureError, Identification, Model, ParameterError, structures
 from flexure._files import blocks_of
 from flexure._html import html
+from flexure._options import KINDS, OPTIONS, points
 from flexure.results import Block, Branch, Comparison, FormTest, LinearPart, Verdict, block_of, frame
 
 Array = npt.NDArray[np.float64]
-
-# The default options of the library's methods.
-_OPTIONS: dict[str, Any] = {
-    "method": "refined",
-    "order": None,
-    "delay": None,
-    "unit": "static-gain",
-    "known": None,
-    "fresh": 0.25,
-    "form": None,
-    "missing": False,
-    "noise_model": True,
-    "nonlinearity": "kernel",
-    "kernel": "epanechnikov",
-    "parameter": None,
-    "lag": None,
-    "ignore_colour": False,
-    "branches": None,
-    "robust": False,
-}
-
-
-# The parameters' types; None is one where it is the default.
-_NAME, _NUMBER, _FLAG = (str, "a name"), (Real, "a number"), (bool | np.bool_, "True or False")
-_COUNT: tuple[Any, str] = (int, "")
-_KINDS: list[tuple[str, Any, str]] = [
-    *((name, *_NAME) for name in ("method", "unit", "form", "nonlinearity", "kernel")),
-    *((name, *_NUMBER) for name in ("fresh", "parameter")),
-    *((name, *_FLAG) for name in ("missing", "noise_model", "ignore_colour", "robust")),
-    *((name, *_COUNT) for name in ("order", "delay", "lag", "branches")),
-]
 
 
 def _joined(parts: list[Array]) -> Array:
     """The samples of all experiments, one after the other."""
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
-
-
-def _points(known: Any) -> list[list[float]]:
-    """Two points as two pairs of numbers."""
-    try:
-        points = np.asarray(known, dtype=np.float64)
-    except (TypeError, ValueError):
-        points = np.empty(0)
-    if points.shape != (2, 2):
-        raise ParameterError(f"known is {known!r}, but must be two points, ((x, phi), (x, phi))")
-    pairs: list[list[float]] = points.tolist()
-    return pairs
 
 
 class System(BaseEstimator):  # type: ignore[misc]
@@ -173,17 +130,17 @@ class System(BaseEstimator):  # type: ignore[misc]
 
     def _options(self) -> dict[str, Any]:
         """The options for the library."""
-        options = {**_OPTIONS, "structure": self._structure, **self.get_params()}
-        for name, kind, allowed in _KINDS:
+        options = {**OPTIONS, "structure": self._structure, **self.get_params()}
+        for name, kind, allowed in KINDS:
             value = options[name]
-            if value is None and _OPTIONS[name] is None:
+            if value is None and OPTIONS[name] is None:
                 continue
             if kind is int:
                 options[name] = whole(value, name)
             elif not isinstance(value, kind):
                 raise ParameterError(f"{name} is {value!r}, but must be {allowed}")
         if options["known"] is not None:
-            options["known"] = _points(options["known"])
+            options["known"] = points(options["known"])
         return options
 
     def _take(self, model: Model, result: dict[str, Any]) -> None:

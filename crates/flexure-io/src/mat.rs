@@ -273,42 +273,17 @@ fn matrix(mut cursor: Cursor<'_>, is_field: bool) -> Parsed<Variable> {
             content: Content::Other("an object of a class of MATLAB's".to_owned()),
         });
     }
-    let (kind, bytes) = cursor.element()?;
-    if kind != MI_INT32 || bytes.len() < 8 || !bytes.len().is_multiple_of(4) {
-        return Err(Fault::Corrupt("dimensions of a wrong kind"));
-    }
-    let dimensions: Vec<usize> = bytes
-        .chunks_exact(4)
-        .map(|c| cursor.u32_of([c[0], c[1], c[2], c[3]]) as usize)
-        .collect();
+    let dimensions = dimensions(&mut cursor)?;
     let count = dimensions
         .iter()
-        .try_fold(1_usize, |product, &d| product.checked_mul(d))
-        .ok_or(Fault::Corrupt("impossible dimensions"))?;
+        .try_fold(1_usize, |product, &d| product.checked_mul(d));
+    let count = count.ok_or(Fault::Corrupt("impossible dimensions"))?;
     let name = name(&mut cursor)?;
-    let size = dimensions.iter().map(usize::to_string).collect::<Vec<_>>().join("x");
-    let other = match class {
-        1 => Some(format!("a cell array ({size})")),
-        2 if count == 1 && !is_field => {
-            let content = Content::Structure(structures::fields(&mut cursor)?);
-            return Ok(Variable { name, content });
-        }
-        2 if is_field => Some(format!(
-            "a structure within a structure ({size}); save its fields as variables"
-        )),
-        2 => Some(format!("a structure ({size}); save its fields as variables")),
-        3 | 16 => Some("an object or a function".to_owned()),
-        4 => Some(format!("text ({size})")),
-        5 => Some(format!("a sparse matrix ({size}); save its vectors as full variables")),
-        6..=15 if flags & COMPLEX != 0 => Some(format!("complex ({size}); save its real and imaginary parts apart")),
-        6..=15 if count == 0 => Some(format!("empty ({size})")),
-        6..=15 if dimensions.iter().filter(|&&d| d != 1).count() > 1 => {
-            Some(format!("a matrix ({size}); save each signal as a vector of its own"))
-        }
-        6..=15 => None,
-        _ => return Err(Fault::Corrupt("an array of an unknown class")),
-    };
-    if let Some(what) = other {
+    if class == 2 && count == 1 && !is_field {
+        let content = Content::Structure(structures::fields(&mut cursor)?);
+        return Ok(Variable { name, content });
+    }
+    if let Some(what) = unusable(class, flags & COMPLEX != 0, &dimensions, is_field)? {
         return Ok(Variable {
             name,
             content: Content::Other(what),
@@ -328,6 +303,34 @@ fn matrix(mut cursor: Cursor<'_>, is_field: bool) -> Parsed<Variable> {
         return Err(Fault::Corrupt("bytes after the end of an array"));
     }
     Ok(Variable { name, content })
+}
+
+fn dimensions(cursor: &mut Cursor<'_>) -> Parsed<Vec<usize>> {
+    let (kind, bytes) = cursor.element()?;
+    if kind != MI_INT32 || bytes.len() < 8 || !bytes.len().is_multiple_of(4) {
+        return Err(Fault::Corrupt("dimensions of a wrong kind"));
+    }
+    let sizes = bytes.as_chunks::<4>().0.iter();
+    Ok(sizes.map(|bytes| cursor.u32_of(*bytes) as usize).collect())
+}
+
+/// What an array of this class is, if it is neither a vector nor a scalar of real numbers.
+fn unusable(class: u32, is_complex: bool, dimensions: &[usize], is_field: bool) -> Parsed<Option<String>> {
+    let size = dimensions.iter().map(usize::to_string).collect::<Vec<_>>().join("x");
+    let is_matrix = dimensions.iter().filter(|&&d| d != 1).count() > 1;
+    Ok(Some(match class {
+        1 => format!("a cell array ({size})"),
+        2 if is_field => format!("a structure within a structure ({size}); save its fields as variables"),
+        2 => format!("a structure ({size}); save its fields as variables"),
+        3 | 16 => "an object or a function".to_owned(),
+        4 => format!("text ({size})"),
+        5 => format!("a sparse matrix ({size}); save its vectors as full variables"),
+        6..=15 if is_complex => format!("complex ({size}); save its real and imaginary parts apart"),
+        6..=15 if dimensions.contains(&0) => format!("empty ({size})"),
+        6..=15 if is_matrix => format!("a matrix ({size}); save each signal as a vector of its own"),
+        6..=15 => return Ok(None),
+        _ => return Err(Fault::Corrupt("an array of an unknown class")),
+    }))
 }
 
 fn name(cursor: &mut Cursor<'_>) -> Parsed<String> {

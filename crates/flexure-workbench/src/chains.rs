@@ -35,25 +35,7 @@ pub fn motion_page(
     let duration = sample_time * (record.len().saturating_sub(1)) as f64;
     let base = if is_free { "free" } else { "fixed" };
     let joints = counted(chain.joints().len(), "joint");
-    let mut facts = vec![
-        fact("Joints", chain.joints().len().to_string(), "that move"),
-        fact("Duration", format!("{} s", short(duration)), "simulated"),
-    ];
-    if is_free {
-        let moved = farthest(points.iter().map(|points| points[0]));
-        facts.push(fact(
-            "Base drift",
-            format!("{} m", short(moved)),
-            "the largest distance from where it started",
-        ));
-    }
-    let ends = chain.lines().len() + 1;
-    let reach = (chain.joints().len() + 1..ends).map(|end| farthest(points.iter().map(|points| points[end])));
-    facts.push(fact(
-        "End motion",
-        format!("{} m", short(reach.fold(0.0, f64::max))),
-        "the largest distance of the last link's centre of mass from where it started",
-    ));
+    let facts = motion_facts(chain, &points, duration);
     let signals = signals(chain, record, is_free)?;
     let page = MotionPage {
         title: format!("Motion of {name}"),
@@ -81,6 +63,30 @@ pub fn motion_page(
         command,
     };
     Ok(flexure_report::render_motion(&page)?)
+}
+
+/// The facts of a motion of this duration, s, from the points of the chain at every sample.
+fn motion_facts(chain: &Chain, points: &[Vec<[f64; 3]>], duration: f64) -> Vec<Fact> {
+    let mut facts = vec![
+        fact("Joints", chain.joints().len().to_string(), "that move"),
+        fact("Duration", format!("{} s", short(duration)), "simulated"),
+    ];
+    if chain.base() == Base::Free {
+        let moved = farthest(points.iter().map(|points| points[0]));
+        facts.push(fact(
+            "Base drift",
+            format!("{} m", short(moved)),
+            "the largest distance from where it started",
+        ));
+    }
+    let ends = chain.joints().len() + 1..chain.lines().len() + 1;
+    let reach = ends.map(|end| farthest(points.iter().map(|points| points[end])));
+    facts.push(fact(
+        "End motion",
+        format!("{} m", short(reach.fold(0.0, f64::max))),
+        "the largest distance of the last link's centre of mass from where it started",
+    ));
+    facts
 }
 
 fn fact(name: &str, value: String, note: &str) -> Fact {

@@ -369,13 +369,7 @@ pub fn run_loop_watched(
             encoders: reading,
             reference,
         });
-        if let Some(torque) = torque.iter().find(|torque| !torque.is_finite()) {
-            return Err(Error::parameter(
-                format!("the controller's torque at t = {} s", decimal(t)),
-                *torque,
-                "finite",
-            ));
-        }
+        check_torque(torque, t)?;
         queue.push_back([0, 1].map(|i| torque[i].clamp(-options.torque_limit[i], options.torque_limit[i])));
         acting = queue.pop_front().unwrap_or_default();
         run.t.push(t);
@@ -392,4 +386,13 @@ pub fn run_loop_watched(
         }
     }
     Ok(run)
+}
+
+/// Refuses a torque of the controller at time t, s, that is not finite.
+fn check_torque(torque: [f64; 2], t: f64) -> Result<()> {
+    let wrong = torque.into_iter().find(|torque| !torque.is_finite());
+    wrong.map_or(Ok(()), |torque| {
+        let name = format!("the controller's torque at t = {} s", decimal(t));
+        Err(Error::parameter(name, torque, "finite"))
+    })
 }

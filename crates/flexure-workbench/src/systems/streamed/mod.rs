@@ -22,7 +22,7 @@ const SPREAD: u64 = 10;
 /// The samples that are added up at once.
 const SHARD: u64 = 1 << 18;
 /// The shards that one thread reads one after the other, so that it seldom reads samples only for their memory.
-const IN_A_ROW: u64 = 8;
+const IN_A_ROW: u64 = 4;
 /// The memory of a thread, bytes: samples, the derivatives of their errors and unpacked pages. Measured: below 20 MB.
 const OF_THREAD: u64 = 32 << 20;
 /// The memory of the excerpts and their fit, bytes. Measured: 160 MB.

@@ -18,7 +18,7 @@
 
 use super::basis::range;
 use super::clocks::Stiffness;
-use super::equations::Lines;
+use super::equations::{Column, Lines};
 use super::joint_signals::{Acting, JointSignals, Velocity};
 use super::limits::{
     RESOLVED, STEADY_WITHIN, STOP_RADII_OF_ANGLE, STOP_RADII_OF_DEFLECTION, STOPS_ABOVE_NOISE, TORQUE_RATE,
@@ -46,72 +46,14 @@ impl<'a> JointSignals<'a> {
         );
         silence(&mut self.v_motor, &rests.0[0]);
         silence(&mut self.v, &rests.0[1]);
-        let d = &self.deflection.d;
-        self.resting = rests.columns(modulation, motion.torque, d);
-        let noise = motion.motor_noise.sd.hypot(motion.link_noise.sd);
-        let acting = effects.iter().filter_map(|&effect| {
-            let own = |signals: Vec<Vec<f64>>, signs: [f64; 2]| {
-                let column = |(lines, signal): (Lines, &Vec<f64>)| {
-                    let of_bodies = rests.without(modulation, &lines, signal).into_iter().zip(signs);
-                    of_bodies
-                        .map(|(lines, s)| (s != 0.0).then(|| times(&lines, s)))
-                        .collect()
-                };
-                Some(Acting {
-                    effect: Some(effect),
-                    columns: modulation
-                        .of_all(&signals)
-                        .into_iter()
-                        .zip(&signals)
-                        .map(column)
-                        .collect(),
-                    signals,
-                })
-            };
-            match effect {
-                Effect::EncoderSkew => {
-                    let slopes = stiffness?.slopes(d);
-                    let late = |body: usize, v: &[f64]| {
-                        let torque: Vec<f64> = slopes.iter().zip(v).map(|(slope, v)| -slope * v).collect();
-                        let [motor, link] = rests.without(modulation, &modulation.of(&torque), &torque);
-                        Some(if body == 0 { motor } else { link })
-                    };
-                    Some(Acting {
-                        effect: Some(effect),
-                        columns: vec![vec![late(0, &self.v), late(1, &self.v_motor)]],
-                        signals: Vec::new(),
-                    })
-                }
-                Effect::Damping => {
-                    let rate: Vec<f64> = self.v_motor.iter().zip(&self.v).map(|(m, q)| m - q).collect();
-                    let of_bodies = rests.without(modulation, &modulation.of_rate(d), &rate);
-                    Some(Acting {
-                        effect: Some(effect),
-                        columns: vec![of_bodies.map(Some).into()],
-                        signals: vec![rate],
-                    })
-                }
-                Effect::MotorFriction => None,
-                Effect::Gravity => own(
-                    [f64::cos, f64::sin]
-                        .map(|f| link.iter().map(|&q| f(q)).collect())
-                        .into(),
-                    [0.0, -1.0],
-                ),
-                Effect::HystereticSpring => {
-                    let signals = stops(d, &STOP_RADII_OF_DEFLECTION, noise).map(|(stop, _)| stop);
-                    own(signals.collect(), [1.0, 1.0])
-                }
-                Effect::Presliding => {
-                    let width = STEADY_WITHIN * self.v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-                    let signals = stops(link, &STOP_RADII_OF_ANGLE, motion.link_noise.sd).map(|(stop, radius)| {
-                        let both = stop.iter().zip(&self.v);
-                        both.map(|(s, v)| s - radius * (v / width).tanh()).collect()
-                    });
-                    own(signals.collect(), [0.0, -1.0])
-                }
-            }
-        });
+        self.resting = rests.columns(modulation, motion.torque, &self.deflection.d);
+        let moving = Moving {
+            signals: &self,
+            rests: &rests,
+            motion,
+            link,
+        };
+        let acting = effects.iter().filter_map(|effect| moving.acting(*effect, stiffness));
         let acting: Vec<Acting> = acting.collect();
         self.acting.extend(acting);
         self.motor_velocity = effects.contains(&Effect::MotorFriction).then(|| Velocity {
@@ -136,6 +78,97 @@ impl<'a> JointSignals<'a> {
     }
 }
 
+/// A joint while its bodies move, of which the columns of its effects are made.
+struct Moving<'b> {
+    signals: &'b JointSignals<'b>,
+    rests: &'b Rests,
+    motion: &'b Motion<'b>,
+    /// The link's angle.
+    link: &'b [f64],
+}
+
+impl Moving<'_> {
+    /// The columns of an effect; `None` for friction at the motor, which is a curve, and for late samples without a stiffness.
+    fn acting(&self, effect: Effect, stiffness: Option<&Stiffness>) -> Option<Acting> {
+        let JointSignals { v, deflection, .. } = self.signals;
+        let (signals, columns) = match effect {
+            Effect::MotorFriction => return None,
+            Effect::EncoderSkew => (Vec::new(), vec![self.late(stiffness?)]),
+            Effect::Damping => self.damping(),
+            Effect::Gravity => {
+                let of_angle = [f64::cos, f64::sin].map(|f| self.link.iter().map(|&q| f(q)).collect());
+                self.columns(of_angle.into(), [0.0, -1.0])
+            }
+            Effect::HystereticSpring => {
+                let noise = self.motion.motor_noise.sd.hypot(self.motion.link_noise.sd);
+                let signals = stops(&deflection.d, &STOP_RADII_OF_DEFLECTION, noise).map(|(stop, _)| stop);
+                self.columns(signals.collect(), [1.0, 1.0])
+            }
+            Effect::Presliding => {
+                let width = STEADY_WITHIN * v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+                let noise = self.motion.link_noise.sd;
+                let signals = stops(self.link, &STOP_RADII_OF_ANGLE, noise).map(|(stop, radius)| {
+                    let both = stop.iter().zip(v);
+                    both.map(|(s, v)| s - radius * (v / width).tanh()).collect()
+                });
+                self.columns(signals.collect(), [0.0, -1.0])
+            }
+        };
+        Some(Acting {
+            effect: Some(effect),
+            columns,
+            signals,
+        })
+    }
+
+    /// Signals, and their columns with these signs at motor and link.
+    fn columns(&self, signals: Vec<Vec<f64>>, signs: [f64; 2]) -> (Vec<Vec<f64>>, Vec<Column>) {
+        let modulation = self.signals.modulation;
+        let column = |(lines, signal): (Lines, &Vec<f64>)| {
+            let of_bodies = self.rests.without(modulation, &lines, signal).into_iter().zip(signs);
+            of_bodies
+                .map(|(lines, s)| (s != 0.0).then(|| times(&lines, s)))
+                .collect()
+        };
+        let columns = modulation.of_all(&signals).into_iter().zip(&signals).map(column);
+        let columns = columns.collect();
+        (signals, columns)
+    }
+
+    /// The columns of samples of the link that are late by 1 s.
+    fn late(&self, stiffness: &Stiffness) -> Column {
+        let JointSignals {
+            modulation,
+            v,
+            v_motor,
+            deflection,
+            ..
+        } = self.signals;
+        let slopes = stiffness.slopes(&deflection.d);
+        let of_velocity = |v: &[f64]| {
+            let torque: Vec<f64> = slopes.iter().zip(v).map(|(slope, v)| -slope * v).collect();
+            self.rests.without(*modulation, &modulation.of(&torque), &torque)
+        };
+        let ([motor, _], [_, link]) = (of_velocity(v), of_velocity(v_motor));
+        vec![Some(motor), Some(link)]
+    }
+
+    /// The rate of the deflection, and its columns.
+    fn damping(&self) -> (Vec<Vec<f64>>, Vec<Column>) {
+        let JointSignals {
+            modulation,
+            v,
+            v_motor,
+            deflection,
+            ..
+        } = self.signals;
+        let rate: Vec<f64> = v_motor.iter().zip(v).map(|(m, q)| m - q).collect();
+        let of_bodies = self
+            .rests
+            .without(*modulation, &modulation.of_rate(&deflection.d), &rate);
+        (vec![rate], vec![of_bodies.map(Some).into()])
+    }
+}
 /// The stop operator of this radius along a signal, from zero on.
 pub(super) fn stop(x: &[f64], radius: f64) -> Vec<f64> {
     let (mut value, mut before) = (0.0, x.first().copied().unwrap_or(0.0));
