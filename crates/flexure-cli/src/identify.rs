@@ -22,6 +22,7 @@ use crate::output::{print, print_note, print_result, quoted, this_command};
 use crate::periods::PeriodOptions;
 use crate::progress::{spinning, spinning_through};
 use crate::python::{self, Call};
+use crate::reading::{resampled, with_resampling};
 use crate::simulate::read_arm;
 use crate::source::Source;
 
@@ -260,10 +261,9 @@ impl Arguments {
             [] => {
                 let file = self.source.prepared(file, &columns.all(), &[&columns.output], None)?;
                 Experiments {
-                    sample_time: self
-                        .source
-                        .reading
-                        .sample_time(&file, self.sample_time, &columns.all())?,
+                    sample_time: (self.source.reading)
+                        .sample_time(&file, self.sample_time, &columns.all())
+                        .map_err(|error| with_resampling(error, |step| resampled(step, &columns.inputs())))?,
                     samples: vec![file.record.len()],
                     file,
                 }

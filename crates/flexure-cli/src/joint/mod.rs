@@ -1,6 +1,7 @@
 //! `flexure joint`: a joint's friction, stiffness and inertia from its log.
 
 mod axes;
+mod counts;
 mod log;
 mod python;
 
