@@ -29,7 +29,7 @@ use crate::progress::spinning;
 pub struct Arguments {
     #[command(flatten)]
     applied: ModelOnRecord,
-    /// Predict K samples ahead: every value follows from the outputs that were measured until K samples before it.
+    /// Predict K samples ahead: every value uses the outputs up to K samples before it.
     #[arg(long, value_name = "K", allow_hyphen_values = true, value_parser = arguments::count_from_one)]
     horizon: Option<usize>,
     /// Write the prediction here: .csv or .parquet.

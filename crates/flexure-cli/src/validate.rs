@@ -24,8 +24,8 @@ use crate::source::Switches;
 pub struct Arguments {
     #[command(flatten)]
     applied: ModelOnRecord,
-    /// Leave the first N samples out of the comparison; by default the model's settling time, at most a
-    /// tenth of the record, as the state at the start is not known.
+    /// Leave the first N samples out of the comparison, as the state at the start is not known. By default the model's
+    /// settling time, at most a tenth of the record.
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = arguments::count)]
     skip: Option<usize>,
     #[command(flatten)]

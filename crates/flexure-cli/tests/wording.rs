@@ -72,7 +72,10 @@ fn a_validation_that_fails_says_how_much_is_missed_and_what_to_type() {
     assert!(said.contains(command), "{said}");
     // What is typed is valid.
     folder.done("identify later.csv --input force --output position --missing --structure linear");
-    let own = folder.run("validate model.json r.csv --skip 100").stdout.replace(['\n'], " ");
+    let own = folder
+        .run("validate model.json r.csv --skip 100")
+        .stdout
+        .replace(['\n'], " ");
     assert!(
         own.contains(" standard deviation") && !own.contains("of the error's variance"),
         "{own}"
@@ -183,6 +186,9 @@ fn counts_beside_a_speed_tell_the_counts_a_turn() {
     }
     folder.write("r.csv", text);
     let said = folder.run("joint r.csv --position counts --torque torque").stderr;
-    assert!(said.contains("'counts' moves by 819") && said.contains(" a turn of 'speed_rpm'"), "{said}");
+    assert!(
+        said.contains("'counts' moves by 819") && said.contains(" a turn of 'speed_rpm'"),
+        "{said}"
+    );
     assert!(said.contains("divide it by 1304 for rad"), "{said}");
 }

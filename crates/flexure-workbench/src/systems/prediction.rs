@@ -33,7 +33,7 @@ impl Named for Start {
         NamedValue::new(
             Start::Estimate,
             "estimate",
-            "That which fits the record's first outputs best",
+            "The state that fits the record's first outputs best",
         ),
         NamedValue::new(
             Start::Steady,

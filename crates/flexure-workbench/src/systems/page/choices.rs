@@ -24,7 +24,7 @@ pub(super) fn facts(identified: &Identified) -> Vec<Fact> {
         facts.push(Fact::new(
             "Pieces",
             joined(&pieces),
-            "cubic ones, of the nonlinearities",
+            "cubic pieces of the nonlinearities",
         ));
     }
     let kinks: Vec<usize> = curves.iter().map(|c| c.kinks.len()).collect();

@@ -33,8 +33,7 @@ pub(super) fn alone(own: &FeedbackBlock, sample_time: Option<f64>) -> Option<Tab
     );
     let row = |part: &LoopPart| {
         vec![
-            way(part),
-            part.meaning.clone(),
+            format!("{}: {}", way(part), part.meaning),
             coefficients(part.block.system.b()),
             roots_text(part.block.system.zeros()).replace('\u{a0}', " "),
         ]
@@ -42,7 +41,7 @@ pub(super) fn alone(own: &FeedbackBlock, sample_time: Option<f64>) -> Option<Tab
     Some(Table {
         title: "Linear part without the nonlinearity".to_owned(),
         text,
-        columns: ["way", "what it is", "numerator", "zeros"].map(String::from).to_vec(),
+        columns: ["way", "numerator", "zeros"].map(String::from).to_vec(),
         rows: parts.iter().map(row).collect(),
         chosen: None,
         ends_in_text: true,

@@ -38,7 +38,9 @@ impl Symptom {
         match self {
             Symptom::Loop => "something in a loop that these structures lack (it follows from the output's past)",
             Symptom::Drift => "a drift in time (the gain or the level changes)",
-            Symptom::Hysteresis => "hysteresis (it follows from where the output turned round), or rows in which another signal acted (swapped columns, a switch)",
+            Symptom::Hysteresis => {
+                "hysteresis (it follows from where the output turned round), or rows in which another signal acted (swapped columns, a switch)"
+            }
             Symptom::Outliers => "outliers (a few samples far from all others)",
         }
     }
