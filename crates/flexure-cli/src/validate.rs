@@ -77,7 +77,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             let next = next.map(|command| [String::new(), format!("next: {command}")]);
             print_result(
                 &judged.summary(),
-                wrote(&arguments.report).into_iter().chain(next.into_iter().flatten()),
+                wrote(&arguments.report).chain(next.into_iter().flatten()),
             )
         }
     }
