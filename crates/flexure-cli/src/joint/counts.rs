@@ -82,6 +82,6 @@ mod tests {
         assert!((found / 4096.0 - 1.0).abs() < 1e-3, "{found}");
         let other: Vec<f64> = (0..2000).map(|i| (0.5 * i as f64).cos()).collect();
         assert_eq!(units_a_turn(&other, &rpm, step), None);
-        assert!(is_no_angle(found) && !is_no_angle(6.28));
+        assert!(is_no_angle(found) && !is_no_angle(std::f64::consts::TAU));
     }
 }
