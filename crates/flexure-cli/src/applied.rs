@@ -10,6 +10,7 @@ use flexure_workbench::systems::Start;
 use crate::arguments;
 use crate::columns::Connected;
 use crate::files::prepare;
+use crate::reading::typed;
 use crate::source::{Source, Switches};
 
 /// The model, the record, and which columns of it are the model's.
@@ -18,7 +19,7 @@ pub struct ModelOnRecord {
     /// The model, from `flexure identify -o`.
     model: PathBuf,
     /// The record.
-    record: PathBuf,
+    pub record: PathBuf,
     /// The input's column, if its name differs from the model's; A,B for a model of several inputs.
     #[arg(long, value_name = "COLUMN")]
     input: Option<String>,
@@ -62,6 +63,8 @@ pub struct Applied {
     pub connected: Connected,
     /// The column of the record's instants.
     pub time: Option<TimeColumn>,
+    /// How the record was read and prepared, as it is typed for another command.
+    pub reading: Vec<String>,
 }
 
 impl ModelOnRecord {
@@ -97,6 +100,7 @@ impl ModelOnRecord {
             file,
             connected,
             time,
+            reading: source.kept().iter().flat_map(typed).collect(),
         })
     }
 }

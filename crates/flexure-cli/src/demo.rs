@@ -21,8 +21,8 @@ use crate::simulate::simulate;
 ///
 /// Both motors of a two-link arm with flexible joints play multisines, and drives and encoders log them with noise. From this log
 /// come the inertias, and of each joint the friction and the stiffness, with bands; the page shows them over the simulated truth. The
-/// identified arm then follows torques that it has not seen, next to the true one. Last, the elbow alone is identified as a chain of
-/// blocks, from torque to velocity, and refuted: friction is a loop.
+/// identified arm then follows torques that it has not seen, next to the true one. Last, the elbow alone is identified as a
+/// chain of blocks, from torque to velocity. The residual tests refute this chain: friction acts in a loop.
 ///
 /// DIR gets arm.toml, log.csv, identified.toml and report.html of both joints; elbow.csv, elbow.json and elbow.html of the elbow alone.
 ///

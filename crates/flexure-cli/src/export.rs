@@ -18,7 +18,8 @@ use crate::simulate::{Source, simulate};
 
 /// Write a model as code for other programs.
 ///
-/// What is written computes, sample by sample, what `flexure predict --initial-state steady` computes: the same interpolation, the same
+/// The code computes the values of `flexure predict --initial-state steady`, sample by sample: the same interpolation, the
+/// same
 /// values beyond the range of the data, and the same start, the steady state that belongs to the first input.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \

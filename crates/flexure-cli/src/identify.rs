@@ -22,6 +22,7 @@ use crate::method::{self, MethodName, PlainOptions, RefinedOptions};
 use crate::output::quoted;
 use crate::periods::PeriodOptions;
 use crate::python::{self, Call};
+use crate::reading::{resampled, with_resampling};
 use crate::simulate::read_arm;
 use crate::source::Source;
 pub use run::{by_name, run};
@@ -45,7 +46,7 @@ pub struct Arguments {
     /// The output's column.
     #[arg(long, value_name = "COLUMN")]
     output: Option<String>,
-    /// The structure of the model; hammerstein unless given, auto for several inputs.
+    /// The structure of the model. By default hammerstein, and auto for several inputs.
     #[arg(long, value_parser = arguments::structure())]
     structure: Option<&'static Structure>,
     /// The method for a Hammerstein model: refined unless an option of plain alone is given.
@@ -69,7 +70,7 @@ pub struct Arguments {
     /// Share of the record, at its end, that is not fitted.
     #[arg(long, value_name = "SHARE", default_value = "0.25", allow_hyphen_values = true, value_parser = arguments::fresh_share)]
     fresh: f64,
-    /// Leave outliers of the output out of the fit and of the verdict; else they are only named.
+    /// Leave outliers of the output out of the fit and of the verdict. Without this option they are only named.
     #[arg(long)]
     robust: bool,
     /// Leave samples whose output is missing (NaN, or an empty field) out of the fit and of the verdict. Without this option they are an error.
@@ -81,7 +82,7 @@ pub struct Arguments {
     /// Write the model here.
     #[arg(short = 'o', long = "model", value_name = "MODEL.json")]
     model: Option<PathBuf>,
-    /// The arm file: of a record with the columns q1 and q2, the page draws the arm, with the lengths of the links in this file.
+    /// Draw the arm on the page, with the lengths of the links in this arm file. The record needs the columns q1 and q2.
     #[arg(long, value_name = "ARM.toml", requires = "report")]
     arm: Option<PathBuf>,
     /// Write a page that shows everything here.
@@ -265,10 +266,9 @@ impl Arguments {
             [] => {
                 let file = self.source.prepared(file, &columns.all(), &[&columns.output], None)?;
                 Experiments {
-                    sample_time: self
-                        .source
-                        .reading
-                        .sample_time(&file, self.sample_time, &columns.all())?,
+                    sample_time: (self.source.reading)
+                        .sample_time(&file, self.sample_time, &columns.all())
+                        .map_err(|error| with_resampling(error, |step| resampled(step, &columns.inputs())))?,
                     samples: vec![file.record.len()],
                     file,
                 }

@@ -13,7 +13,7 @@ use crate::tuning;
 pub enum MethodName {
     /// Prediction error over both blocks: breakpoints, noise model and standard errors from the data.
     Refined,
-    /// The paper's: kernel regression and correlation.
+    /// The method of the paper: kernel regression and correlation.
     Plain,
 }
 
@@ -32,7 +32,7 @@ pub struct RefinedOptions {
 
 /// The options of the plain method alone.
 #[derive(clap::Args)]
-#[command(next_help_heading = "Options of --method plain, which each of them implies")]
+#[command(next_help_heading = "Options of --method plain; each of them selects it")]
 pub struct PlainOptions {
     /// Lag of the regression of output on input: 'strongest' dependence (the default), 'delay' (the paper's), or a number.
     #[arg(long, value_name = "strongest|delay|N", allow_hyphen_values = true, value_parser = regression_lag)]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use flexure::Record;
-use flexure::text::shown_path;
+use flexure::text::{BELOW_ZERO, fit, shown_path};
 use flexure::validation::FitMeasures;
 use flexure_io::{ModelFile, RecordFile, write_record};
 use flexure_workbench::Named;
@@ -29,7 +29,7 @@ use crate::progress::spinning;
 pub struct Arguments {
     #[command(flatten)]
     applied: ModelOnRecord,
-    /// Predict K samples ahead: every value follows from the outputs that were measured until K samples before it.
+    /// Predict K samples ahead: every value uses the outputs up to K samples before it.
     #[arg(long, value_name = "K", allow_hyphen_values = true, value_parser = arguments::count_from_one)]
     horizon: Option<usize>,
     /// Write the prediction here: .csv or .parquet.
@@ -102,6 +102,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         file,
         connected,
         time,
+        ..
     } = arguments.applied.open([&arguments.out], [], None)?;
     let inputs = connected.inputs();
     let entering = columns(&file, &inputs).map_err(|error| with_missing(error, &connected.output, false))?;
@@ -162,11 +163,20 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     )];
     lines.extend(ahead.map(|ahead| ahead.description));
     lines.push(format!("free run {}", free.description()));
+    let below = measures.is_some_and(|m| m.fit_percent < 0.0);
     lines.extend(measures.map(|m| {
         let other = if first > 0 { "other " } else { "" };
-        let (fit, rms) = (m.fit_percent, number(m.rms));
-        format!("fit {fit:.2} %, RMS error {rms} over the {} {other}samples", m.samples)
+        let (fit, rms) = (fit(m.fit_percent, 2), number(m.rms));
+        format!("fit {fit}, RMS error {rms} over the {} {other}samples", m.samples)
     }));
+    lines.extend(below.then(|| BELOW_ZERO.to_owned()));
+    if free.took_most() {
+        lines.push(
+            "warning: the model is so slow that most outputs were used for the state at the start: the fit is over the few that are left; predict a \
+             longer record, or give --initial-state steady"
+                .to_owned(),
+        );
+    }
     lines.extend(outside.warning());
     print(&lines.join("\n"))
 }

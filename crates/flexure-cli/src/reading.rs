@@ -3,14 +3,15 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use anyhow::{Result, bail};
+use anyhow::{Result, anyhow, bail};
 use clap::ValueEnum;
-use flexure::text::{exact, shown_path};
+use flexure::error::DataError;
+use flexure::text::{decimal, exact, shown_path};
 use flexure_io::{Decimal, Instants, ReadOptions, RecordFile, TimeColumn};
 use flexure_workbench::look::NOTED_JITTER;
 
 use crate::arguments;
-use crate::output::print_note;
+use crate::output::{print_note, quoted, this_command};
 use crate::progress::spinning;
 
 /// Relative difference of two sample times that still count as the same.
@@ -79,6 +80,31 @@ enum Answer {
 /// An option with its value, as it is typed.
 pub fn typed((name, value): (&String, &String)) -> [String; 2] {
     [format!("--{name}"), value.clone()]
+}
+
+/// Extends the error about uneven instants by the command that brings them to uniform steps: `command` makes it of the typical step.
+pub fn with_resampling(error: anyhow::Error, command: impl Fn(&str) -> String) -> anyhow::Error {
+    let uneven = |cause: &flexure::Error| match cause {
+        flexure::Error::Data(DataError::NonUniformTime { expected, .. }) => Some(decimal(*expected)),
+        _ => None,
+    };
+    let step = match error.downcast_ref() {
+        Some(flexure_io::Error::Data { cause, .. }) => uneven(cause),
+        _ => None,
+    };
+    match step {
+        Some(step) => anyhow!("{error}: {}", command(&step)),
+        None => error,
+    }
+}
+
+/// This command with uniform steps; inputs may hold their values between the samples.
+pub fn resampled(step: &str, inputs: &[&str]) -> String {
+    let held = quoted(&inputs.join(","));
+    format!(
+        "{} --resample {step} --hold {held} (without --hold where the input changes smoothly between its samples)",
+        this_command()
+    )
 }
 
 impl Reading {

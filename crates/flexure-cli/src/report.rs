@@ -18,8 +18,9 @@ use crate::source::Switches;
 
 /// Write the page that shows a model, judged on a record.
 ///
-/// On the record that the model was identified from, this is the page of `flexure identify --report`, without what only the
-/// identification knows: bands and what was tried. On any other record the model is judged on all samples behind its settling time.
+/// On the record that the model was identified from, this is the page of `flexure identify --report`, but without what only
+/// the identification knows: the bands of the curves and what was tried. On any other record the model is judged on all
+/// samples behind its settling time.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  flexure report model.json fresh.csv -o page.html")]
 pub struct Arguments {

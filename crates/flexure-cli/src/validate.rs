@@ -1,15 +1,17 @@
 //! `flexure validate`: does a model hold on a record?
 
-use std::path::PathBuf;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
+use flexure::identify::Verdict;
 use flexure::text::shown_path;
 use flexure_workbench::systems::{Judged, Judging, SystemColumns};
 
 use crate::applied::{Applied, ModelOnRecord, with_missing};
 use crate::arguments;
 use crate::files::{write_text, wrote};
-use crate::output::{print, print_result};
+use crate::output::{command_line, print, print_result, this_command};
 use crate::report::Page;
 use crate::source::Switches;
 
@@ -22,8 +24,8 @@ use crate::source::Switches;
 pub struct Arguments {
     #[command(flatten)]
     applied: ModelOnRecord,
-    /// Leave the first N samples out of the comparison; by default the model's settling time, at most a
-    /// tenth of the record, as the state at the start is not known.
+    /// Leave the first N samples out of the comparison, as the state at the start is not known. By default the model's
+    /// settling time, at most a tenth of the record.
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = arguments::count)]
     skip: Option<usize>,
     #[command(flatten)]
@@ -40,7 +42,11 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let mut switches = arguments.switches;
     let Applied {
-        model, file, connected, ..
+        model,
+        file,
+        connected,
+        reading,
+        ..
     } = arguments.applied.open([], &arguments.report, Some(&mut switches))?;
     if let Some(skip) = arguments.skip.filter(|skip| *skip >= file.record.len()) {
         bail!(
@@ -66,6 +72,45 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     match arguments.json {
         true => print(&judged.json().to_string()),
-        false => print_result(&judged.summary(), wrote(&arguments.report)),
+        false => {
+            let next = next(&judged.verdict, switches, columns, &arguments.applied.record, &reading);
+            let next = next.map(|command| [String::new(), format!("next: {command}")]);
+            print_result(
+                &judged.summary(),
+                wrote(&arguments.report).chain(next.into_iter().flatten()),
+            )
+        }
     }
+}
+
+/// What to type where the model does not hold: without the outliers that hide the answer, otherwise whether another structure holds on this
+/// record.
+fn next(
+    verdict: &Verdict,
+    switches: Switches,
+    columns: SystemColumns,
+    record: &Path,
+    reading: &[String],
+) -> Option<String> {
+    if verdict.hidden_by.is_some() {
+        return (!switches.robust).then(|| format!("{} --robust", this_command()));
+    }
+    if verdict.holds() || verdict.residuals.is_none() {
+        return None;
+    }
+    let record = record.display().to_string();
+    let inputs = columns.inputs.join(",");
+    let named = ["identify", &record, "--input", &inputs, "--output", columns.output].map(str::to_owned);
+    let flags = [(switches.missing, "--missing"), (switches.robust, "--robust")];
+    let flags = flags
+        .into_iter()
+        .filter(|(given, _)| *given)
+        .map(|(_, flag)| flag.to_owned());
+    let structure = ["--structure", "auto"].map(str::to_owned);
+    let words = named
+        .into_iter()
+        .chain(reading.iter().cloned())
+        .chain(flags)
+        .chain(structure);
+    Some(command_line(words.map(OsString::from)))
 }

@@ -23,7 +23,15 @@ fn folder() -> Folder {
 /// Every command that reads a record refuses this one with the same words.
 fn all_refuse(folder: &Folder, record: &str, message: &str) {
     for command in COMMANDS {
-        folder.failed(&command.replace("RECORD", record), message);
+        let command = command.replace("RECORD", record);
+        // An identification also says what to type instead.
+        let typed = match message.ends_with("to uniform steps") && command.starts_with("identify") {
+            true => format!(
+                ": flexure {command} --resample 1 --hold u (without --hold where the input changes smoothly between its samples)"
+            ),
+            false => String::new(),
+        };
+        folder.failed(&command, &format!("{message}{typed}"));
     }
 }
 
@@ -160,7 +168,7 @@ fn sample_times_that_are_not_uniform() {
         (
             "gap.csv",
             [0.0, 1.0, 3.0, 4.0, 5.0],
-            "gap.csv, line 4: the sample times are not uniform: the step to sample 2 is 2 s, but the typical step is 1 s; bring the record to uniform steps: flexure prepare FILE --resample 1 -o prepared.csv",
+            "gap.csv, line 4: the sample times are not uniform: the step to sample 2 is 2 s, but the typical step is 1 s; --resample 1 brings the record to uniform steps",
         ),
         (
             "back.csv",

@@ -90,7 +90,7 @@ fn a_model_is_marked_on_its_own_record_under_any_name() {
         let text = folder.done(&format!("compare good.json other.json {record}"));
         assert!(text.contains("\n  good.json *  hammerstein"), "{text}");
         assert!(
-            text.ends_with("\n  * was identified from this very record, so its row says little about fresh data\n"),
+            text.ends_with("\n  * was identified from this very record, so its row says little about fresh data.\n"),
             "{text}"
         );
     }

@@ -147,7 +147,10 @@ fn a_setpoint_is_no_input_beside_what_its_controller_does() {
     write_record(folder.path("r.csv"), &Record::new(columns).unwrap()).unwrap();
     let said = folder.said("look r.csv");
     assert!(
-        said.contains("Left out: 'LIC_SP', by name what a controller aims at."),
+        said.contains("Left out: 'LIC_SP'.")
+            && said.contains(
+                "'LIC_SP' is by its name a setpoint, so a controller may make 'LIC_OP' from 'LIC_PV' (closed loop)"
+            ),
         "{said}"
     );
     assert!(

@@ -110,6 +110,10 @@ pub struct BlockLabel {
     /// Standard errors of its denominator.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub a_errors: Option<Vec<f64>>,
+    /// The covariance of its coefficients, row by row: first those of b after the delay, then those of a from the second on. Empty where it is
+    /// not known, as in files of earlier versions.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub covariance: Vec<f64>,
 }
 
 impl ModelFile {

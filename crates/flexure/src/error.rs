@@ -216,7 +216,7 @@ pub enum DataError {
     },
     /// The time column's steps differ.
     #[error(
-        "the sample times are not uniform: the step to sample {sample} is {} s, but the typical step is {} s; bring the record to uniform steps: flexure prepare FILE --resample {} -o prepared.csv",
+        "the sample times are not uniform: the step to sample {sample} is {} s, but the typical step is {} s; --resample {} brings the record to uniform steps",
         decimal(*.step), decimal(*.expected), decimal(*.expected)
     )]
     NonUniformTime {

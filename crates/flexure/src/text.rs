@@ -183,18 +183,21 @@ pub fn percent(share: f64) -> String {
     }
 }
 
-/// A fit in percent to this many decimals. A very bad fit has four digits.
+/// A fit in percent to this many decimals. How far a fit is below zero means nothing: there, a constant is better ([`BELOW_ZERO`]).
 ///
 /// ```
 /// assert_eq!(flexure::text::fit(96.328, 2), "96.33 %");
-/// assert_eq!(flexure::text::fit(-1.25e40, 2), "-1.250e40 %");
+/// assert_eq!(flexure::text::fit(-444.0, 2), "below 0 %");
 /// ```
 pub fn fit(percent: f64, decimals: usize) -> String {
-    match percent.abs() < 1e6 {
-        true => format!("{percent:.decimals$} %"),
-        false => format!("{} %", number(percent)),
+    match percent < 0.0 {
+        true => "below 0 %".to_owned(),
+        false => format!("{percent:.decimals$} %"),
     }
 }
+
+/// What a fit below zero means.
+pub const BELOW_ZERO: &str = "A fit below 0 % is worse than a constant: the output's mean would have a smaller error.";
 
 /// A share near 1 in percent, with enough decimals to show the difference from 100: 99.4, 99.98.
 ///

@@ -9,8 +9,10 @@ use flexure_io::RecordFile;
 use flexure_workbench::joints::{AxisLog, Log, in_unit};
 
 use super::Arguments;
+use super::counts::note_of_counts;
 use crate::arguments::Usage;
-use crate::output::print_note;
+use crate::output::{print_note, quoted};
+use crate::reading::with_resampling;
 
 /// A number, or the name of one in the record.
 #[derive(Debug, Clone, PartialEq)]
@@ -198,7 +200,13 @@ impl Columns {
     pub fn log(&self, file: &RecordFile, arguments: &Arguments) -> Result<Log> {
         let used = self.torque.iter().chain(&self.position).chain(&self.motor);
         let used: Vec<&str> = used.chain(&self.velocity).map(String::as_str).collect();
-        let Some(sample_time) = arguments.reading.sample_time(file, arguments.sample_time, &used)? else {
+        let resampled = |step: &str| {
+            let path = shown_path(&file.path);
+            format!("flexure prepare {} --resample {step} -o prepared.csv", quoted(&path))
+        };
+        let sample_time = (arguments.reading.sample_time(file, arguments.sample_time, &used))
+            .map_err(|error| with_resampling(error, resampled))?;
+        let Some(sample_time) = sample_time else {
             bail!(
                 "{}: no column of sample instants, such as 't', says the sample time; give it by --sample-time, or name the column by --time{}",
                 shown_path(&file.path),
@@ -222,6 +230,7 @@ impl Columns {
             Ok(samples.iter().map(|v| v * by).collect())
         };
         self.note_of_units(file, arguments)?;
+        note_of_counts(file, self.position.iter().chain(&self.motor), sample_time);
         let [angle, rate, effort] =
             [Quantity::Angle, Quantity::Rate, Quantity::Effort].map(|quantity| quantity.unit(arguments.prismatic));
         let before_gear = 1.0 / arguments.gear_ratio;

@@ -1,6 +1,7 @@
 //! `flexure joint`: a joint's friction, stiffness and inertia from its log.
 
 mod axes;
+mod counts;
 mod log;
 mod python;
 
@@ -67,8 +68,8 @@ pub struct Arguments {
     /// The column of a rigid axis's velocity; by default it is derived from the position.
     #[arg(long, value_name = "COLUMN", conflicts_with = "motor")]
     velocity: Option<String>,
-    /// Identify several axes, each alone: 1..6, or 1,3, or names; {} in the names of columns stands for the axis. An axis without a
-    /// column of its link's angle is a rigid one at its motor.
+    /// Identify several axes, each alone: 1..6, or 1,3, or names; {} in the names of columns stands for the axis. An axis
+    /// without a column of its link's angle is taken as rigid, at its motor.
     #[arg(long, value_name = "AXES", value_parser = axes::names, conflicts_with_all = ["arm", "motor_inertia", "joint"])]
     axis: Option<AxisNames>,
     /// Torque for each unit of the torque column: a number, or the name of a constant of a MAT file.

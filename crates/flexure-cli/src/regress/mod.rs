@@ -56,8 +56,8 @@ pub struct Arguments {
     /// Kernel: uniform, triangular, epanechnikov, biweight, triweight or gaussian.
     #[arg(long, value_name = "NAME", value_parser = arguments::kernel)]
     kernel: Option<Kernel>,
-    /// Column of weights: in the estimate a row of weight 2 counts as two, one of weight 0 as none; scores and bands take each as one
-    /// row.
+    /// Column of weights: in the estimate a row of weight 2 counts as two rows, one of weight 0 as none; scores and bands
+    /// count every row once.
     #[arg(long, value_name = "COLUMN")]
     weights: Option<String>,
     /// Leave out rows that are far from the curve; else they are only named.

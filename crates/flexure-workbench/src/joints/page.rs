@@ -32,7 +32,7 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, trial: &Trial) -> Joint
         format!("{} ({})", units.effort, units.torque),
     ];
     let distance = format!("{:.1} %", 100.0 * best.lack_of_fit.distance);
-    let from = format!("{} from the free curve, root mean square", best.form.title());
+    let from = format!("root mean square, from the free curve; the form: {}", best.form.title());
     JointPage {
         title: "A rigid axis".to_owned(),
         subtitle: subtitle("Friction and inertia", log),

@@ -197,7 +197,7 @@ impl List<'_> {
         }
         if let Some(q) = column.quantisation.filter(|q| q.steps <= FINE) {
             let text = format!(
-                "'{name}' is rounded to steps of {}: its range has {}.",
+                "'{name}' is rounded to steps of {}: its range has {} of them.",
                 number(q.step),
                 short(q.steps)
             );

@@ -229,7 +229,7 @@ impl<'a> Command<'a> {
         } else if self.constant.is_some_and(|(name, _)| is_force_constant(name)) {
             self.options.push("--prismatic".to_owned());
             self.notes.push(
-                "The constant's name suggests an axis that moves along a line; leave out --prismatic if it turns."
+                "The name of the constant suggests an axis that moves along a line; leave out --prismatic if it turns."
                     .to_owned(),
             );
         } else if file.unit(joint.position).is_none() && !is_torque(joint.torque) {

@@ -141,8 +141,8 @@ impl Inspection<'_> {
         Table {
             title: "What depends on what".to_owned(),
             text: format!(
-                "Correlations of whitened columns, over all pairs and lags together at the level 1 %. The coherent share is what a linear \
-                 system of any kind would explain of the later column's power.{more}"
+                "The columns are whitened, then correlated. All pairs and lags together are tested at the level 1 %. The coherent share is the part \
+                 of the later column's power that a linear system could explain.{more}"
             ),
             columns: ["columns", "delay", "coherent share", "p"].map(str::to_owned).to_vec(),
             rows: dependences.into_iter().take(ROWS).map(row).collect(),
@@ -163,7 +163,7 @@ impl Inspection<'_> {
         };
         LagPlot {
             title: format!("{effect} after {cause}"),
-            caption: format!("Whitened, '{effect}' correlates with {of} that many samples before.{means}"),
+            caption: format!("Correlation of '{effect}' with {of} so many samples earlier, both whitened.{means}"),
             lags: d.correlations.lags.clone(),
             values: d.correlations.values.clone(),
             limit: d.correlations.limit,

@@ -75,7 +75,7 @@ pub(super) fn signals(request: &Request, look: &Look) -> Option<Signals> {
         .flatten();
     let left_out = |signals: Signals| {
         let names = quoted(targets.iter().map(|i| look.columns[*i].name.as_str()));
-        let why = format!("{} Left out: {names}, by name what a controller aims at.", signals.why);
+        let why = format!("{} Left out: {names}.", signals.why);
         Signals { why, ..signals }
     };
     without

@@ -14,6 +14,7 @@ use super::preparations::{
     PREPARED, Repair, are_wild, even_behind_stamps, even_spacing, even_stamps, with_outliers, without_dead_start,
     without_gaps, without_outliers,
 };
+use super::roles::is_setpoint;
 use super::signals::{Signals, signals};
 use crate::preparation::Preparation;
 use crate::text::{capitalised, quoted};
@@ -326,8 +327,24 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
         let others = others.join(", ");
         notes.push(format!("{others} may be {are} too: --output takes one at a time."));
     }
+    suggestion.notes.extend(closed_loop(look, signals));
     let connected = signals.inputs.iter().chain([&signals.output]).map(name);
     Some(Next::Identify(suggestion, connected.map(str::to_owned).collect()))
+}
+
+/// That a controller may have made the input, where a column is by its name what a controller aims at.
+fn closed_loop(look: &Look, signals: &Signals) -> Option<String> {
+    let is_used = |i: usize| i == signals.output || signals.inputs.contains(&i);
+    let is_target = |(i, column): &(usize, &Column)| !is_used(*i) && is_setpoint(&column.name);
+    let (_, target) = look.columns.iter().enumerate().find(is_target)?;
+    let inputs: Vec<&str> = signals.inputs.iter().map(|i| look.columns[*i].name.as_str()).collect();
+    Some(format!(
+        "'{}' is by its name a setpoint, so a controller may make {} from '{}' (closed loop): noise of the output then reaches the input, and the \
+         model may be biased where the setpoint hardly moves.",
+        target.name,
+        quoted(inputs.iter().copied()),
+        look.columns[signals.output].name
+    ))
 }
 
 /// The options for the structure, and why; `few` says whether an input has two levels at most.

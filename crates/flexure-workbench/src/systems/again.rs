@@ -143,7 +143,7 @@ fn errors(label: &BlockLabel) -> Option<CoefficientErrors> {
     Some(CoefficientErrors {
         b,
         a,
-        covariance: Vec::new(),
+        covariance: label.covariance.clone(),
     })
 }
 

@@ -1,7 +1,7 @@
 //! Several models on one record, side by side.
 
 use anyhow::{Context as _, Result};
-use flexure::text::{counted, fit, number};
+use flexure::text::{BELOW_ZERO, counted, fit, number};
 use flexure_io::{ModelFile, RecordFile};
 use flexure_report::data::{Comparison, ComparisonPage, Prediction, Table};
 use serde_json::{Value, json};
@@ -88,15 +88,22 @@ impl Compared {
         )
     }
 
+    /// What a reader of the table should know.
+    fn remarks(&self) -> Vec<String> {
+        let below = self.outcomes.iter().any(|o| o.fit() < 0.0);
+        let below = below.then(|| BELOW_ZERO.to_owned());
+        self.mark().into_iter().chain(below).collect()
+    }
+
     /// What the mark means, if a model has it.
-    fn remark(&self) -> Option<String> {
+    fn mark(&self) -> Option<String> {
         let seen = self.outcomes.iter().filter(|o| o.judged.seen).count();
         (seen > 0).then(|| {
             let which = match seen {
                 1 => "was identified from this very record, so its row says",
                 _ => "were identified from this very record, so their rows say",
             };
-            format!("* {which} little about fresh data")
+            format!("* {which} little about fresh data.")
         })
     }
 
@@ -111,9 +118,7 @@ impl Compared {
         let mut rows = vec![Self::columns().map(str::to_owned)];
         rows.extend(self.outcomes.iter().map(Outcome::row));
         lines.table(&rows, &[0, 1, 5]);
-        if let Some(remark) = self.remark() {
-            lines.sentence(remark);
-        }
+        self.remarks().into_iter().for_each(|remark| lines.sentence(remark));
         lines
     }
 
@@ -137,7 +142,7 @@ impl Compared {
             subtitle: format!("{}.", self.heading()),
             table: Table {
                 title: "Fits, the best first".to_owned(),
-                text: self.remark().map_or_else(String::new, |remark| remark + "."),
+                text: self.remarks().join(" "),
                 columns: Self::columns().map(str::to_owned).to_vec(),
                 rows: self.outcomes.iter().map(|o| o.row().to_vec()).collect(),
                 chosen: None,

@@ -2,14 +2,11 @@
 
 use flexure::identify::result::StructureName;
 use flexure::identify::{Refutation, StructureCandidate, StructureComparison, Symptom};
-use flexure::text::{joined, number};
+use flexure::text::{BELOW_ZERO, fit, joined, number};
 use flexure_report::data::{Page, Table};
 use serde_json::{Value, json};
 
 use crate::lines::{Lines, Tone};
-
-/// The size of a fit below this, in percent, means nothing.
-const DIVERGES: f64 = -1000.0;
 
 /// The answer, in short.
 fn answer(comparison: &StructureComparison) -> String {
@@ -77,12 +74,10 @@ pub fn json(comparison: &StructureComparison) -> Value {
     })
 }
 
-/// The fit for reading, if its size means anything.
-fn fit(c: &StructureCandidate) -> String {
-    match c.fit_percent {
-        f if f < DIVERGES => "diverges".to_owned(),
-        f => format!("{f:.2} %"),
-    }
+/// What a fit below zero means, if a candidate has one.
+fn below_zero(comparison: &StructureComparison) -> Option<String> {
+    let any = comparison.candidates.iter().any(|c| c.fit_percent < 0.0);
+    any.then(|| BELOW_ZERO.to_owned())
 }
 
 /// The comparison for reading; `columns` says from which columns to which.
@@ -105,14 +100,17 @@ pub fn write(comparison: &StructureComparison, columns: &str, lines: &mut Lines)
             // A test detects the misfit, but it is too small to matter.
             (false, true) => "  negligible misfit",
         };
-        let (fit, rms) = (fit(c), number(c.rms));
+        let (fit, rms) = (fit(c.fit_percent, 2), number(c.rms));
         let name = c.structure.title;
         lines.row(format!(
             "{name:<width$} {fit:>10} {rms:>11} {:>11}{refuted}",
             c.parameters
         ));
     }
-    for sentence in comparison.reasons.iter().cloned().chain(reservation(comparison)) {
+    let sentences = below_zero(comparison)
+        .into_iter()
+        .chain(comparison.reasons.iter().cloned());
+    for sentence in sentences.chain(reservation(comparison)) {
         lines.sentence(sentence);
     }
 }
@@ -161,7 +159,7 @@ fn table(comparison: &StructureComparison) -> Table {
         };
         vec![
             c.structure.title.to_owned(),
-            fit(c),
+            fit(c.fit_percent, 2),
             number(c.rms),
             c.parameters.to_string(),
             refuted,
@@ -177,6 +175,7 @@ fn table(comparison: &StructureComparison) -> Table {
          refuted by another one that predicts significantly better, or by a residual test."
             .to_owned(),
     ];
+    sentences.extend(below_zero(comparison));
     sentences.extend(others.cloned());
     Table {
         title: "Structures that were compared".to_owned(),

@@ -56,5 +56,6 @@ fn label(block: &NamedBlock) -> BlockLabel {
         kinks: curve.map_or_else(Vec::new, |c| c.kinks.clone()),
         b_errors: errors.map(|e| e.b.clone()),
         a_errors: errors.map(|e| e.a.clone()),
+        covariance: errors.map_or_else(Vec::new, |e| e.covariance.clone()),
     }
 }

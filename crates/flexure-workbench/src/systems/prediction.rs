@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use anyhow::{Result, bail};
 use flexure::Block;
 use flexure::nonlinearity::Curve;
-use flexure::text::{joined, shown_path};
+use flexure::text::{joined, percent, shown_path};
 use flexure::validation::{estimate_initial_state_of_inputs, predict_ahead};
 use flexure_io::{ModelFile, RecordFile};
 
@@ -33,7 +33,7 @@ impl Named for Start {
         NamedValue::new(
             Start::Estimate,
             "estimate",
-            "That which fits the record's first outputs best",
+            "The state that fits the record's first outputs best",
         ),
         NamedValue::new(
             Start::Steady,
@@ -74,6 +74,12 @@ impl FreeRun {
         })
     }
 
+    /// Whether the estimation of the state took most of the record, so that little of it shows a prediction.
+    pub fn took_most(&self) -> bool {
+        self.estimated_from
+            .is_some_and(|samples| 2 * samples > self.output.len())
+    }
+
     /// The start's name.
     pub fn start(&self) -> Start {
         match self.estimated_from {
@@ -85,7 +91,13 @@ impl FreeRun {
     /// Where it starts, for reading.
     pub fn description(&self) -> String {
         match self.estimated_from {
-            Some(samples) => format!("from the state estimated from the first {samples} outputs"),
+            Some(samples) => {
+                let all = self.output.len();
+                format!(
+                    "from the state estimated from the first {samples} of {all} outputs ({})",
+                    percent(samples as f64 / all.max(1) as f64)
+                )
+            }
             None => "from the steady state that belongs to the first input".to_owned(),
         }
     }

@@ -1,13 +1,15 @@
 //! An identified system as text: the result first, then its meaning, then the blocks.
 
-use flexure::identify::result::{BlockKind, CoefficientErrors, LinearBlock, LoopPart, NamedBlock, Path, Place};
+use flexure::identify::result::{
+    BlockKind, CoefficientErrors, FeedbackBlock, LinearBlock, LoopPart, NamedBlock, Path, Place,
+};
 use flexure::identify::{Verdict, Warning};
 use flexure::linear::TransferFunction;
 use flexure::nonlinearity::Surface;
 use flexure::text::{capitalised, decimal, fit, number, with_error};
 
 use super::comparison;
-use super::poles::{NONE, UNSTABLE, poles_text, roots_text};
+use super::poles::{NONE, poles_text, roots_text};
 use super::task::Identified;
 use crate::lines::{Lines, Tone, unbroken};
 
@@ -85,29 +87,55 @@ impl Identified {
         }
     }
 
-    /// A linear block; the denominator may be that of a block above.
-    fn write_linear(&self, title: &str, own: &LinearBlock, denominator: Denominator, lines: &mut Lines) {
+    fn write_linear(&self, title: &str, own: &LinearBlock, lines: &mut Lines) {
         lines.item(title, linear_text(own, self.sample_time));
         lines.deeper(|lines| {
-            let listed = coefficients(own, denominator);
+            let listed = coefficients(own);
             let errors = if listed.contains('±') {
                 "; ± one standard error"
             } else {
                 ""
             };
             lines.item("coefficients", listed + errors);
-            let poles = match denominator {
-                Denominator::Own => poles_text(own, self.sample_time),
-                // The nonlinearity around them may hold them.
-                Denominator::OfLoop => {
-                    poles_text(own, self.sample_time).replace(UNSTABLE, " (unstable without the nonlinearity)")
-                }
-                Denominator::Above => "as above".to_owned(),
-            };
+            let poles = poles_text(own, self.sample_time);
             for (name, text) in [("poles", poles), ("zeros", roots_text(own.system.zeros()))] {
                 if text != NONE {
                     lines.item(name, text);
                 }
+            }
+        });
+    }
+
+    /// A loop: what it does as a whole, then its linear part, whose ways have one denominator.
+    fn write_loop(&self, title: &str, own: &FeedbackBlock, lines: &mut Lines) {
+        lines.item(title, &*own.nonlinearity.description);
+        for part in own.whole() {
+            let dynamics = linear_text(&part.block, self.sample_time);
+            lines.item(&uncapitalised(part.title), format!("{dynamics} ({})", part.meaning));
+            lines.deeper(|lines| lines.item("poles", poles_text(&part.block, self.sample_time)));
+        }
+        let parts = own.linear_parts();
+        let Some(first) = parts.first() else { return };
+        let system = &first.block.system;
+        lines.item(
+            "linear part alone",
+            format!(
+                "order {}; the nonlinearity feeds back around it, so it may be unstable or integrate",
+                first.block.order()
+            ),
+        );
+        lines.deeper(|lines| {
+            let poles = poles_text(&first.block, self.sample_time);
+            if poles != NONE {
+                lines.item("poles", poles);
+            }
+            lines.item("denominator", listed('a', system.a(), None, 1));
+            for (i, part) in parts.iter().enumerate() {
+                let numerator = match parts[..i].iter().find(|p| p.block.system == part.block.system) {
+                    Some(same) => format!("the same as {}", way(same)),
+                    None => listed('b', part.block.system.b(), None, 0),
+                };
+                lines.item(&way(part), format!("{numerator} ({})", part.meaning));
             }
         });
     }
@@ -122,36 +150,13 @@ impl Identified {
                 let unit = unit.map_or(String::new(), |unit| format!("; input in {unit}"));
                 lines.item(&title, format!("{}{unit}", own.description));
             }
-            BlockKind::Feedback(own) => {
-                lines.item(&title, &*own.nonlinearity.description);
-                let parts = own.linear_parts();
-                for (i, part) in parts.iter().enumerate() {
-                    let title = uncapitalised(part.title);
-                    let is_above = |p: &LoopPart| p.block.system.a() == part.block.system.a();
-                    let denominator = match parts[..i].iter().any(is_above) {
-                        true => Denominator::Above,
-                        false => Denominator::OfLoop,
-                    };
-                    match parts[..i].iter().find(|p| p.block.system == part.block.system) {
-                        Some(same) => lines.item(&title, format!("the same as {}", uncapitalised(same.title))),
-                        None => self.write_linear(&title, &part.block, denominator, lines),
-                    }
-                }
-            }
-            BlockKind::Linear(own) => self.write_linear(&title, own, Denominator::Own, lines),
+            BlockKind::Feedback(own) => self.write_loop(&title, own, lines),
+            BlockKind::Linear(own) => self.write_linear(&title, own, lines),
             BlockKind::Surface(surface) => write_surface(&title, surface, &path.inputs, lines),
             // The details already describe these blocks.
             BlockKind::Narx(_) | BlockKind::Volterra(_) => {}
         }
     }
-}
-
-/// Where a reader finds the denominator of a linear block.
-#[derive(Clone, Copy, PartialEq)]
-enum Denominator {
-    Own,
-    OfLoop,
-    Above,
 }
 
 /// Whether a warning says why no block model can hold; it stands before all others.
@@ -166,6 +171,11 @@ pub fn tone(verdict: &Verdict) -> Tone {
         (false, true) => Tone::Caution,
         (false, false) => Tone::Bad,
     }
+}
+
+/// A way through the linear part of a loop: "input to output".
+pub fn way(part: &LoopPart) -> String {
+    part.title.trim_start_matches("Linear part, ").to_owned()
 }
 
 pub fn uncapitalised(title: &str) -> String {
@@ -212,7 +222,7 @@ pub fn linear_text(block: &LinearBlock, sample_time: Option<f64>) -> String {
 
 /// The coefficients that are not zero, each with its standard error where there is one: `b_k` weights the input of k samples ago,
 /// `-a_k` the output.
-fn coefficients(block: &LinearBlock, denominator: Denominator) -> String {
+fn coefficients(block: &LinearBlock) -> String {
     let system = &block.system;
     let (errors, remark) = match &block.errors {
         Some(errors) if !determined(system, errors) => (
@@ -220,23 +230,26 @@ fn coefficients(block: &LinearBlock, denominator: Denominator) -> String {
             "; the data determine the response, not each coefficient (a pole and a zero may cancel)",
         ),
         Some(errors) => (Some(errors), ""),
-        None if denominator == Denominator::Above => (None, ""),
         None => (None, "; standard errors are not estimated here"),
     };
-    let b = system.b().iter().enumerate().map(|(k, &c)| ('b', k, c));
+    let b = listed('b', system.b(), errors.map(|e| &*e.b), 0);
     // The first one is 1.
-    let a = system.a().iter().enumerate().skip(1).map(|(k, &c)| ('a', k, c));
-    let a = a.filter(|_| denominator == Denominator::Own);
-    let each = b.chain(a).filter(|(_, _, c)| *c != 0.0).map(|(name, k, c)| {
-        let errors = errors.map(|e| if name == 'b' { &e.b } else { &e.a });
-        let error = errors.and_then(|e| e.get(k).copied());
-        unbroken(&format!("{name}{k} = {}", with_error(c, error.unwrap_or(0.0))))
-    });
-    let each: Vec<String> = each.collect();
-    match each.is_empty() {
-        true => "all zero".to_owned(),
-        false => each.join(", ") + remark,
+    let a = listed('a', system.a(), errors.map(|e| &*e.a), 1);
+    match (b.is_empty(), a.is_empty()) {
+        (true, true) => "all zero".to_owned(),
+        (false, false) => format!("{b}, {a}{remark}"),
+        _ => format!("{b}{a}{remark}"),
     }
+}
+
+/// The coefficients of this name that are not zero, from the one of the index `from` on.
+fn listed(name: char, values: &[f64], errors: Option<&[f64]>, from: usize) -> String {
+    let each = values.iter().enumerate().skip(from).filter(|(_, c)| **c != 0.0);
+    let each = each.map(|(k, c)| {
+        let error = errors.and_then(|e| e.get(k).copied()).unwrap_or(0.0);
+        unbroken(&format!("{name}{k} = {}", with_error(*c, error)))
+    });
+    each.collect::<Vec<String>>().join(", ")
 }
 
 /// Whether no coefficient has a standard error above the largest one. Else errors of what follows from the coefficients mean nothing either.
@@ -272,7 +285,7 @@ mod tests {
                 errors,
                 impulse: None,
             };
-            coefficients(&block, Denominator::Own).replace('\u{a0}', " ")
+            coefficients(&block).replace('\u{a0}', " ")
         };
         let b = [vec![0.0; 305], vec![0.5, 0.25]].concat();
         let errors = Some(CoefficientErrors {
@@ -301,7 +314,7 @@ mod tests {
                 errors: Some(errors),
                 impulse: None,
             };
-            coefficients(&block, Denominator::Own).replace('\u{a0}', " ")
+            coefficients(&block).replace('\u{a0}', " ")
         };
         assert!(
             text(1.2).contains("a1 = -1.3 ± 1.2") && !text(1.2).contains("determine"),

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use anyhow::{Result, bail};
 use flexure::error::DataError;
 use flexure::identify::{Verdict, Warning};
-use flexure::validation::FitMeasures;
+use flexure::validation::{FitMeasures, ResidualTest};
 use flexure_io::{ModelFile, RecordFile, RecordMark};
 use serde_json::{Value, json};
 
@@ -20,7 +20,7 @@ use crate::systems::prediction::{self, FreeRun, Outside, Start};
 use crate::systems::summary::{self, with_unit};
 use crate::text::number;
 use flexure::outliers::standing_alone;
-use flexure::text::{counted, decimal, fit, p_value, shown_path};
+use flexure::text::{counted, decimal, fit, p_value, percent, shown_path};
 
 /// The samples on which a model is judged, and the place where its run starts.
 #[derive(Debug, Clone, Copy, Default)]
@@ -246,6 +246,13 @@ impl Judged {
             ),
         );
         lines.item("free run", self.free.description());
+        if self.free.took_most() {
+            lines.warning(
+                "the model is so slow that the state at the start depends on most of this record, and was estimated from it: judge the model on a \
+                 longer record, or from the steady state (--initial-state steady)"
+                    .to_owned(),
+            );
+        }
         if self.may_have_run_away {
             lines.warning(
                 "the linear part of the model's loop is unstable by itself: from a wrong initial state, the free run may move away from the data and \
@@ -288,30 +295,28 @@ impl Judged {
             );
         }
         for test in verdict.residuals.iter().flat_map(|r| &r.tests) {
-            let p = p_value(test.p_value);
+            let found = finding(verdict, test);
+            let text = |found: String| format!("{} ({}){found}", test.kind.name(), p_value(test.p_value));
             match (test.passed(), test.kind.refutes()) {
-                (true, _) => lines.marked(Tone::Good, "passed", format!("{} ({p})", test.kind.name())),
-                (false, true) if verdict.holds() => lines.marked(
-                    Tone::Caution,
-                    "negligible",
-                    format!("{} ({p}): {}", test.kind.name(), test.finding()),
-                ),
-                (false, true) => lines.marked(
-                    Tone::Bad,
-                    "FAILED",
-                    format!("{} ({p}): {}", test.kind.name(), test.finding()),
-                ),
-                (false, false) => lines.marked(
-                    Tone::Caution,
-                    "not white",
-                    format!(
-                        "{} ({p}): {}, which does not refute the model",
-                        test.kind.name(),
-                        test.finding()
-                    ),
-                ),
+                (true, _) => lines.marked(Tone::Good, "passed", text(String::new())),
+                (false, true) if verdict.holds() => {
+                    lines.marked(Tone::Caution, "negligible", text(format!(": {found}")))
+                }
+                (false, true) => lines.marked(Tone::Bad, "FAILED", text(format!(": {found}"))),
+                (false, false) => lines.marked(Tone::Caution, "not white", text(format!(": {found}"))),
             }
         }
+    }
+}
+
+/// What a test that fails finds, and how much: a misfit as in the verdict's text.
+pub(super) fn finding(verdict: &Verdict, test: &ResidualTest) -> String {
+    match test.kind.refutes() {
+        true => format!(
+            "a misfit of {} of the output's standard deviation",
+            percent(verdict.misfit_seen_by(test))
+        ),
+        false => "the error is correlated in time, which alone does not refute the model".to_owned(),
     }
 }
 

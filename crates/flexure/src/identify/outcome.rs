@@ -3,7 +3,7 @@
 use super::limits::{MOST_OF_THE_ERROR, MOSTLY, NEARLY_ALL, NEGLIGIBLE_MISFIT};
 use crate::linear::correlation::about_mean;
 use crate::outliers::standing_alone;
-use crate::text::{self, capitalised, counted, nearly_all, p_value, percent};
+use crate::text::{self, counted, nearly_all, p_value, percent};
 use crate::validation::{Estimated, FitMeasures, ResidualTest, ResidualTests};
 
 /// The answer to "does the model hold?", on data that were not used for the fit.
@@ -155,9 +155,25 @@ impl Verdict {
     /// The size of the part of the error that depends on the input, as a share of the output's standard deviation. It is as large as the
     /// refuting tests detect, and 0 if no test refutes the model.
     pub fn misfit(&self) -> f64 {
+        self.refutation().map_or(0.0, |test| self.misfit_seen_by(test))
+    }
+
+    /// The [misfit](Self::misfit) that this test sees.
+    pub fn misfit_seen_by(&self, test: &ResidualTest) -> f64 {
+        self.misfit_of(test.dependent_share())
+    }
+
+    /// This share of the error's variance, as a share of the output's standard deviation.
+    fn misfit_of(&self, share: f64) -> f64 {
         let unexplained = (1.0 - self.measures.r_squared).max(0.0);
-        let dependent = self.refutation().map_or(0.0, ResidualTest::dependent_share);
-        (dependent * unexplained).sqrt()
+        (share.min(1.0) * unexplained).sqrt()
+    }
+
+    /// The largest misfit that is possible: the part of the error that follows from its own past is included.
+    fn largest_misfit(&self) -> f64 {
+        let colour = self.colour().map_or(0.0, |test| test.effect);
+        let largest = |test: &ResidualTest| self.misfit_of(test.dependent_share() + colour);
+        self.refutation().map_or(0.0, largest)
     }
 
     /// Whether the model holds: it explains something; no test refutes it, or the [misfit](Self::misfit) is negligible; and its error is
@@ -174,10 +190,7 @@ impl Verdict {
 
     /// Whether a test refutes the model, and the misfit matters.
     fn is_refuted(&self) -> bool {
-        let colour = self.colour().map_or(0.0, |test| test.effect);
-        let unexplained = (1.0 - self.measures.r_squared).max(0.0);
-        let misfit = |test: &ResidualTest| ((test.dependent_share() + colour).min(1.0) * unexplained).sqrt();
-        self.refutation().is_some_and(|test| misfit(test) >= NEGLIGIBLE_MISFIT)
+        self.largest_misfit() >= NEGLIGIBLE_MISFIT
     }
 
     /// Whether the error is neither white nor small.
@@ -227,10 +240,8 @@ impl Verdict {
     pub fn text(&self) -> String {
         let fit = self.measures.fit_percent;
         if fit <= 0.0 && self.hidden_by.is_none() {
-            return format!(
-                "The model does not hold: on fresh data it predicts no better than the output's mean (fit {}).",
-                text::fit(fit, 1)
-            );
+            return "The model does not hold: on fresh data it predicts no better than a constant, the output's mean."
+                .to_owned();
         }
         let answer = match (self.hidden_by, self.refutation()) {
             (Some(hiding), _) => hiding.text(),
@@ -242,8 +253,9 @@ impl Verdict {
             (None, Some(test)) => self.negligible(test),
         };
         format!(
-            "On fresh data the model explains {} of the output's variance (fit {fit:.1} %). {answer}",
-            nearly_all(self.measures.r_squared.max(0.0))
+            "On fresh data the model explains {} of the output's variance (fit {}). {answer}",
+            nearly_all(self.measures.r_squared.max(0.0)),
+            text::fit(fit, 1)
         )
     }
 
@@ -261,22 +273,26 @@ impl Verdict {
         }
     }
 
-    /// The sentences on a model that this test refutes.
+    /// The sentences on a model that this test refutes: what it misses, how much, and what that may be.
     fn refuted(&self, test: &ResidualTest) -> String {
-        let (by, misfit) = (seen_by(test), percent(self.misfit()));
         let exactly = match self.measures.r_squared >= MOSTLY {
             true => " exactly",
             false => "",
         };
-        let colour = self.colour().map_or_else(String::new, |test| {
-            let finding = capitalised(&test.finding());
-            format!(" {finding}: coloured noise, or more that the model misses.")
-        });
-        let least = if colour.is_empty() { "" } else { "at least " };
+        let (least, most) = (percent(self.misfit()), percent(self.largest_misfit()));
+        // Where all of the error is seen to depend on the input, its colour adds nothing.
+        let (misfit, colour) = match least == most {
+            true => (most, ""),
+            false => (
+                format!("between {least} and {most}"),
+                " The error is also correlated in time: how much of that is noise, these data do not show.",
+            ),
+        };
         format!(
-            "It does not hold{exactly}: {least}{} ({by}), a misfit of {least}{misfit} of the output's standard deviation.{colour} A structure \
-             that was not tried may explain it, or it is the estimate's own error.",
-            test.finding()
+            "It does not hold{exactly}: {} ({}). This misfit is {misfit} of the output's standard deviation.{colour} Either the system has \
+             another structure, or the estimate is not exact enough.",
+            test.kind.dependence(),
+            seen_by(test)
         )
     }
 

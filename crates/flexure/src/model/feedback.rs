@@ -228,6 +228,36 @@ impl FeedbackModel {
         TransferFunction::new(numerator, denominator)
     }
 
+    /// The loop with a straight line of this slope in place of the nonlinearity: linear from the input to the output.
+    ///
+    /// # Errors
+    /// [`Error::Data`](crate::Error::Data): `NonFinite`.
+    pub fn with_slope(&self, slope: f64) -> Result<TransferFunction> {
+        let mut linear = self.clone();
+        for (i, b) in self.nonlinearity_to_state.iter().enumerate() {
+            let row = linear.state[i].iter_mut().zip(&self.state_to_nonlinearity);
+            row.for_each(|(a, c)| *a += b * slope * c);
+            linear.input_to_state[i] += b * slope * self.input_to_nonlinearity;
+        }
+        let direct = self.nonlinearity_to_output * slope;
+        let output = linear.state_to_output.iter_mut().zip(&self.state_to_nonlinearity);
+        output.for_each(|(c, z)| *c += direct * z);
+        linear.input_to_output += direct * self.input_to_nonlinearity;
+        linear.transfer_function(LoopInput::Input, LoopOutput::Output)
+    }
+
+    /// What enters the nonlinearity while the loop rests under the input's level.
+    pub fn resting_point(&self) -> f64 {
+        let FeedbackLevels { input, entering, .. } = self.levels;
+        entering + dot(&self.state_to_nonlinearity, &self.rest(input))
+    }
+
+    /// The mean slope of the nonlinearity between two points.
+    pub fn mean_slope(&self, low: f64, high: f64) -> f64 {
+        let rise = self.nonlinearity.value(high) - self.nonlinearity.value(low);
+        if high > low { rise / (high - low) } else { 0.0 }
+    }
+
     /// Samples after which the response depends on the initial state only by `share` of its size. The loop is linearised at points over the
     /// nonlinearity's range; the slowest one that settles counts.
     pub fn settling(&self, share: f64) -> usize {
@@ -235,18 +265,8 @@ impl FeedbackModel {
         let (low, high) = (x[0], x[x.len() - 1]);
         let width = (high - low) / SETTLING_POINTS as f64;
         let closed = |i: usize| {
-            let [left, right] = [i, i + 1].map(|k| self.nonlinearity.value(low + width * k as f64));
-            let slope = if width > 0.0 { (right - left) / width } else { 0.0 };
-            let mut linear = self.clone();
-            for (row, b) in linear.state.iter_mut().zip(&self.nonlinearity_to_state) {
-                row.iter_mut()
-                    .zip(&self.state_to_nonlinearity)
-                    .for_each(|(a, c)| *a += b * slope * c);
-            }
-            linear
-                .transfer_function(LoopInput::Input, LoopOutput::Output)
-                .ok()?
-                .poles()
+            let [left, right] = [i, i + 1].map(|k| low + width * k as f64);
+            self.with_slope(self.mean_slope(left, right)).ok()?.poles()
         };
         let radii = (0..SETTLING_POINTS).filter_map(closed);
         let radii = radii.map(|poles| poles.iter().map(|p| p.norm()).fold(0.0, f64::max));

@@ -3,7 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use crate::distributions::{chi_squared_above, chi_squared_quantile, fisher_above, fisher_quantile};
-use crate::text::percent;
 
 /// From this number of degrees of freedom on, Fisher's distribution is taken as chi-squared.
 const LARGE: f64 = 1e4;
@@ -30,6 +29,20 @@ pub enum TestKind {
 }
 
 impl TestKind {
+    /// What a failure shows, as a sentence: "its error depends on the input".
+    pub fn dependence(self) -> &'static str {
+        match self {
+            TestKind::Whiteness => "its error is correlated in time",
+            TestKind::InputIndependence => "its error depends on the input",
+            TestKind::SquaredInputIndependence => "its error depends on the squared input",
+            TestKind::CubedInputIndependence => "its error depends on the cubed input",
+            TestKind::SquaredIndependence => "the size of its error depends on the squared input",
+            TestKind::SquaredPredictionIndependence => "its error depends on the squared prediction",
+            TestKind::CubedPredictionIndependence => "its error depends on the cubed prediction",
+            TestKind::OutputFunctionIndependence => "its error depends on functions of the output's past",
+        }
+    }
+
     /// A short name with the reference.
     pub fn name(self) -> &'static str {
         match self {
@@ -160,33 +173,6 @@ impl ResidualTest {
         match self.kind {
             TestKind::SquaredIndependence => self.effect.sqrt(),
             _ => self.effect,
-        }
-    }
-
-    /// The finding in words: "12 % of the error's variance depends on the input".
-    pub fn finding(&self) -> String {
-        let size = percent(self.effect);
-        match self.kind {
-            TestKind::Whiteness => format!("{size} of the error's variance follows from its own past"),
-            TestKind::InputIndependence => format!("{size} of the error's variance depends on the input"),
-            TestKind::SquaredInputIndependence => {
-                format!("{size} of the error's variance depends on the squared input")
-            }
-            TestKind::CubedInputIndependence => {
-                format!("{size} of the error's variance depends on the cubed input")
-            }
-            TestKind::SquaredIndependence => {
-                format!("{size} of the variation of the error's size depends on the squared input")
-            }
-            TestKind::SquaredPredictionIndependence => {
-                format!("{size} of the error's variance depends on the squared prediction")
-            }
-            TestKind::CubedPredictionIndependence => {
-                format!("{size} of the error's variance depends on the cubed prediction")
-            }
-            TestKind::OutputFunctionIndependence => {
-                format!("{size} of the error's variance follows from functions of the output's past")
-            }
         }
     }
 

@@ -9,6 +9,7 @@ use flexure::quantiles::NORMAL_95;
 use flexure::text::{capitalised, number};
 use flexure_report::data::{LinearPart, Nonlinearity, Scatter, Surface, Table, TitledCurve, TitledSurface};
 
+use super::closed_loop;
 use crate::labels::Labels;
 use crate::plots::{evenly, median, unwrapped};
 use crate::systems::SETTLED;
@@ -113,9 +114,12 @@ impl Drawing<'_> {
                 let labels = ["what enters the nonlinearity", "output of the nonlinearity"].map(str::to_owned);
                 let curve = curve(&own.nonlinearity, labels, &run.entering[..self.shown]);
                 self.curves.push(TitledCurve { title, curve });
-                let parts = own.linear_parts();
-                let parts = (parts.iter()).map(|part| linear(part.title, &part.block, identified.sample_time));
-                self.drawn.linear.extend(parts);
+                self.drawn
+                    .linear
+                    .extend(closed_loop::whole(own, identified.sample_time));
+                self.drawn
+                    .tables
+                    .extend(closed_loop::alone(own, identified.sample_time));
                 run.output
             }
             BlockKind::Linear(own) => {
@@ -221,7 +225,7 @@ fn density(u: &[f64], x: &[f64]) -> Vec<f64> {
 }
 
 /// A linear part, with its estimated impulse response if there is one.
-fn linear(title: &str, block: &LinearBlock, sample_time: Option<f64>) -> LinearPart {
+pub(super) fn linear(title: &str, block: &LinearBlock, sample_time: Option<f64>) -> LinearPart {
     let estimate = block.impulse.as_ref();
     let mut part = linear_part(title, &block.system, estimate.map(|e| e.values.len()), sample_time);
     part.text = format!("{}.", capitalised(&linear_text(block, sample_time)));

@@ -2,7 +2,7 @@
 
 use flexure::identify::Identification;
 use flexure::identify::result::{Place, Score, Shown, StaticBlock, Value, Values};
-use flexure::text::{counted, decimal, number, short};
+use flexure::text::{counted, decimal, fit, number, short};
 use flexure_report::data::{Choice, Fact, ScoreCurve, Table};
 
 use crate::systems::poles::{NONE, poles_text};
@@ -24,7 +24,7 @@ pub(super) fn facts(identified: &Identified) -> Vec<Fact> {
         facts.push(Fact::new(
             "Pieces",
             joined(&pieces),
-            "cubic ones, of the nonlinearities",
+            "cubic pieces of the nonlinearities",
         ));
     }
     let kinks: Vec<usize> = curves.iter().map(|c| c.kinks.len()).collect();
@@ -50,7 +50,7 @@ fn fit_facts(identified: &Identified) -> Vec<Fact> {
     vec![
         Fact::new(
             "Fit on fresh data",
-            format!("{:.1} %", measures.fit_percent),
+            fit(measures.fit_percent, 1),
             "100 (1 - ‖y - ŷ‖ / ‖y - mean y‖) of the free-run simulation",
         ),
         Fact::new(

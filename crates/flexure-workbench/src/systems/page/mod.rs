@@ -2,6 +2,7 @@
 
 mod blocks;
 mod choices;
+mod closed_loop;
 mod diagram;
 
 use anyhow::{Context as _, Result};
@@ -15,6 +16,7 @@ use super::comparison;
 use super::periods::Periodic;
 use super::summary::is_fundamental;
 use super::task::Identified;
+use super::validation::finding;
 use crate::labels::Labels;
 use crate::plots::time_axis;
 pub use choices::score_curve;
@@ -181,29 +183,21 @@ fn residuals(verdict: &flexure::identify::Verdict) -> Residuals {
         limit: tests.map_or(0.0, |t| t.correlations.limit),
         cross_limit: tests.map_or(0.0, |t| t.correlations.input_limit),
         level: "99 %".to_owned(),
-        tests: tests
-            .iter()
-            .flat_map(|t| &t.tests)
-            .map(|t| test(t, verdict.holds()))
-            .collect(),
+        tests: tests.iter().flat_map(|t| &t.tests).map(|t| test(t, verdict)).collect(),
     }
 }
 
 /// A test of a model that holds may detect a negligible misfit.
-fn test(t: &flexure::validation::ResidualTest, holds: bool) -> Test {
+fn test(t: &flexure::validation::ResidualTest, verdict: &flexure::identify::Verdict) -> Test {
     let outcome = match (t.passed(), t.kind.refutes()) {
         (true, _) => TestOutcome::Passed,
-        (false, true) if holds => TestOutcome::Negligible,
+        (false, true) if verdict.holds() => TestOutcome::Negligible,
         (false, true) => TestOutcome::Failed,
         (false, false) => TestOutcome::Coloured,
     };
     let text = match outcome {
         TestOutcome::Passed => "nothing found".to_owned(),
-        TestOutcome::Negligible | TestOutcome::Failed => t.finding(),
-        TestOutcome::Coloured => format!(
-            "{}: the noise is coloured, which alone does not refute the model",
-            t.finding()
-        ),
+        TestOutcome::Negligible | TestOutcome::Failed | TestOutcome::Coloured => finding(verdict, t),
     };
     let name = t.kind.name();
     Test {

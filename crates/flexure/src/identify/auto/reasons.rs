@@ -61,13 +61,12 @@ fn answer(candidates: &[StructureCandidate], judgement: &Judgement<'_>) -> Strin
             format!("The data support none of these structures: too few of them are fresh to test {name}.")
         }
         (false, None) => format!(
-            "The data support none of these structures: the error of {name}, the simplest of those that predict best, is large and not white, \
-             which is noise or something that all of them miss."
+            "The data support none of these structures. {name} is the simplest of those that predict best, but its error is large and not \
+             white: coloured noise, or something that all of them miss.",
+            name = capitalised(name.title)
         ),
         (false, Some(_)) => format!(
-            "The data support none of these structures: {name}, the simplest of those that predict best, is refuted, and at least {} of its \
-             squared error is not noise.",
-            percent(judgement.not_noise)
+            "The data support none of these structures: {name} is the simplest of those that predict best, and a residual test refutes it."
         ),
     }
 }
@@ -126,13 +125,10 @@ fn strongest(c: &StructureCandidate) -> Option<String> {
 
 /// A sentence on what the error looks like.
 fn looks_like(symptoms: &[(Symptom, f64)]) -> String {
-    let all: Vec<String> = symptoms
-        .iter()
-        .map(|(kind, share)| kind.sentence(&percent(*share)))
-        .collect();
+    let all: Vec<&str> = symptoms.iter().map(|(kind, _)| kind.phrase()).collect();
     match all.as_slice() {
-        [] => "The error shows no more than that: neither a loop nor a drift in time, hysteresis or outliers are seen in it.".to_owned(),
+        [] => "What the error comes from is not seen: no large part of it looks like a loop, a drift in time, hysteresis or outliers.".to_owned(),
         [first] => format!("Its error looks like {first}."),
-        several => format!("Its error looks like, most of it first: {}.", several.join("; ")),
+        several => format!("Its error looks like the following, the largest part first: {}.", several.join("; ")),
     }
 }

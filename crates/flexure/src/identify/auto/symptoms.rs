@@ -33,15 +33,15 @@ impl Symptom {
         }
     }
 
-    /// What it is, for reading, with its share of the squared error.
-    pub(super) fn sentence(self, share: &str) -> String {
+    /// What it is, for reading.
+    pub(super) fn phrase(self) -> &'static str {
         match self {
-            Symptom::Loop => {
-                format!("something in a loop that these structures lack ({share} follows from the output's past)")
+            Symptom::Loop => "something in a loop that these structures lack (it follows from the output's past)",
+            Symptom::Drift => "a drift in time (the gain or the level changes)",
+            Symptom::Hysteresis => {
+                "hysteresis (it follows from where the output turned round), or rows in which another signal acted (swapped columns, a switch)"
             }
-            Symptom::Drift => format!("a drift in time ({share} follows from gains and a level that change with time)"),
-            Symptom::Hysteresis => format!("hysteresis ({share} follows from where the output turned round)"),
-            Symptom::Outliers => format!("outliers ({share} lies in samples far from all others)"),
+            Symptom::Outliers => "outliers (a few samples far from all others)",
         }
     }
 }

@@ -199,20 +199,23 @@ fn nothing() -> LoopSearchResult {
 fn details(units: &InUnits, best: &LoopCandidate, approximations: &[f64], output: &str) -> Vec<Detail> {
     let (key, entering) = match units.signal {
         Signal::Output => ("output", format!("'{output}', the output fed back")),
-        Signal::Difference => (
-            "difference",
-            format!("the difference of '{output}' from sample to sample"),
+        Signal::Difference => ("difference", format!("the change of '{output}' from sample to sample")),
+        Signal::Hidden => (
+            "hidden",
+            "a signal that is not in the record, scaled to unit variance".to_owned(),
         ),
-        Signal::Hidden => ("hidden", "a hidden signal, scaled to unit variance".to_owned()),
     };
-    let (convention, meaning) = match units.convention {
+    let (convention, values, meaning) = match units.convention {
         Convention::HoldingInput => (
             "holding-input",
-            "f(z) is the constant input that holds the entering signal at the value z",
+            "in the unit of the input",
+            "its value at z is the constant input that holds the entering signal at z",
         ),
         Convention::NoTangent => (
             "no-tangent",
-            "no constant passes around the loop: the tangent at the median is moved into the linear part, and the scale is the output's",
+            "in the unit of the output",
+            "a constant does not pass around the loop, so a straight line may belong to the nonlinearity or to the linear part: here the \
+             nonlinearity has slope 0 at the median of what enters it",
         ),
     };
     let [low, high] = units.seen;
@@ -231,10 +234,15 @@ fn details(units: &InUnits, best: &LoopCandidate, approximations: &[f64], output
             entering,
             "chosen by Schwarz's criterion",
         ),
-        Detail::new("convention", convention).shown(Place::ChoiceAndText, "Nonlinearity", "f", meaning),
+        Detail::new("convention", convention).shown(
+            Place::ChoiceAndText,
+            "Values of the nonlinearity",
+            values,
+            meaning,
+        ),
         Detail::new("seen", vec![Values::new([("low", low.into()), ("high", high.into())])]).shown(
             Place::ChoiceAndText,
-            "Nonlinearity seen",
+            "Range of the nonlinearity in the data",
             range,
             beyond,
         ),

@@ -116,56 +116,114 @@ pub struct FeedbackBlock {
     pub nonlinearity: StaticBlock,
 }
 
-/// One of the ways through the linear part of a loop.
+/// A linear system inside a loop, or the loop as a whole.
 pub struct LoopPart {
     /// Its name in JSON, for example "input_to_output".
     pub role: &'static str,
     /// Its heading.
     pub title: &'static str,
+    /// What it is, as a phrase.
+    pub meaning: String,
     /// The transfer function.
     pub block: LinearBlock,
 }
 
+/// The part of the nonlinearity's range over which its slope is taken where the loop rests. Convention.
+const SMALL: f64 = 0.02;
+
 impl FeedbackBlock {
     /// The ways through the linear part: from the input and from the nonlinearity, to the output and to the nonlinearity.
     pub fn linear_parts(&self) -> Vec<LoopPart> {
-        let ways = [
-            (
+        use {LoopInput as From, LoopOutput as To};
+        let way = |from, to| self.model.transfer_function(from, to).ok();
+        [
+            LoopPart::new(
                 "input_to_output",
                 "Linear part, input to output",
-                LoopInput::Input,
-                LoopOutput::Output,
+                "the way past the nonlinearity",
+                way(From::Input, To::Output),
             ),
-            (
+            LoopPart::new(
                 "nonlinearity_to_output",
                 "Linear part, nonlinearity to output",
-                LoopInput::Nonlinearity,
-                LoopOutput::Output,
+                "what the nonlinearity adds to the output",
+                way(From::Nonlinearity, To::Output),
             ),
-            (
+            LoopPart::new(
                 "input_to_nonlinearity",
                 "Linear part, input to nonlinearity",
-                LoopInput::Input,
-                LoopOutput::Nonlinearity,
+                "what the input adds to the signal that enters the nonlinearity",
+                way(From::Input, To::Nonlinearity),
             ),
-            (
+            LoopPart::new(
                 "around",
                 "Linear part, nonlinearity back to itself",
-                LoopInput::Nonlinearity,
-                LoopOutput::Nonlinearity,
+                "the way around the loop",
+                way(From::Nonlinearity, To::Nonlinearity),
             ),
-        ];
-        let part = |(role, title, from, to)| {
-            let system = self.model.transfer_function(from, to).ok()?;
-            let (errors, impulse) = (None, None);
-            let block = LinearBlock {
-                system,
-                errors,
-                impulse,
-            };
-            Some(LoopPart { role, title, block })
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
+    }
+
+    /// The loop as a whole, from the input to the output, with a straight line in place of the nonlinearity: its slope where the loop rests,
+    /// and its mean slope.
+    pub fn whole(&self) -> Vec<LoopPart> {
+        let x = self.model.nonlinearity.x();
+        let [first, last] = [x[0], x[x.len() - 1]];
+        let (low, high) = match self.nonlinearity.breakpoints[..] {
+            [low, .., high] => (low, high),
+            _ => (first, last),
         };
-        ways.into_iter().filter_map(part).collect()
+        // One cubic goes on beyond the data, half their range on either side.
+        let beyond = match self.nonlinearity.pieces() == 1 && self.nonlinearity.kinks.is_empty() {
+            true => (high - low) / 4.0,
+            false => 0.0,
+        };
+        let (low, high) = (low + beyond, high - beyond);
+        let half = SMALL / 2.0 * (high - low);
+        let at = self.model.resting_point().max(first + half).min(last - half);
+        let large = format!(
+            "the nonlinearity as a straight line, with its mean slope from {} to {}",
+            number(low),
+            number(high)
+        );
+        let with = |low, high| self.model.with_slope(self.model.mean_slope(low, high)).ok();
+        [
+            LoopPart::new(
+                "whole_small",
+                "Whole loop at small amplitudes",
+                "the nonlinearity as a straight line, with its slope where the loop rests",
+                with(at - half, at + half),
+            ),
+            LoopPart::new("whole_large", "Whole loop at large amplitudes", large, with(low, high)),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
+    }
+}
+
+impl LoopPart {
+    fn new(
+        role: &'static str,
+        title: &'static str,
+        meaning: impl Into<String>,
+        system: Option<TransferFunction>,
+    ) -> Option<LoopPart> {
+        let (errors, impulse) = (None, None);
+        let block = LinearBlock {
+            system: system?,
+            errors,
+            impulse,
+        };
+        Some(LoopPart {
+            role,
+            title,
+            meaning: meaning.into(),
+            block,
+        })
     }
 }
 
