@@ -6,11 +6,11 @@ use anyhow::Result;
 use flexure::Record;
 use flexure::text::{BELOW_ZERO, fit, shown_path};
 use flexure::validation::FitMeasures;
-use flexure_io::{ModelFile, RecordFile, write_record};
+use flexure_io::{ModelFile, RecordFile, TimeColumn, write_record};
 use flexure_workbench::Named;
 use flexure_workbench::systems::{Ahead, FreeRun, Outside, Start, columns};
 use flexure_workbench::text::{grouped, number};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::applied::{Applied, ModelOnRecord, with_missing};
 use crate::arguments::{self, Usage};
@@ -127,56 +127,87 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .filter(|samples| *samples < predicted.len())
         .unwrap_or(0);
     let measures = (measured.used).and_then(|measured| FitMeasures::new(&measured[first..], &predicted[first..]).ok());
-    let outside = Outside::new(&model.block, &entering);
-    let mut columns = Vec::new();
-    if let Some(time) = time {
-        let instants = file.column(&time.name)?.iter().map(|t| t * time.seconds);
-        columns.push(("t", instants.collect()));
+    let predicted = Predicted {
+        measures,
+        first,
+        outside: Outside::new(&model.block, &entering),
+        free,
+        ahead,
+    };
+    write_record(&arguments.out, &predicted.record(&file, time, measured.written)?)?;
+    match arguments.json {
+        true => print(&predicted.json(arguments).to_string()),
+        false => print(&predicted.text(arguments)),
     }
-    if let Some(measured) = measured.written {
-        columns.push(("measured", measured.to_vec()));
-        columns.push(("predicted", predicted.clone()));
-        let error = measured.iter().zip(predicted).map(|(y, yh)| y - yh);
-        columns.push(("error", error.collect()));
-    } else {
-        columns.push(("predicted", predicted.clone()));
+}
+
+/// A prediction.
+struct Predicted {
+    free: FreeRun,
+    /// The prediction some samples ahead, where that is asked for.
+    ahead: Option<Ahead>,
+    /// How well it agrees with the measured output from sample `first` on.
+    measures: Option<FitMeasures>,
+    first: usize,
+    outside: Outside,
+}
+
+impl Predicted {
+    fn output(&self) -> &[f64] {
+        self.ahead.as_ref().map_or(&self.free.output, |ahead| &ahead.output)
     }
-    write_record(&arguments.out, &Record::new(columns)?)?;
-    if arguments.json {
-        let object = json!({
-            "samples": predicted.len(),
-            "samples_outside_range": outside.samples,
-            "initial_state": free.start().name(),
-            "initial_state_samples": free.estimated_from,
+
+    /// The record to write: instants, the measured output and its error where there is one, and the prediction.
+    fn record(&self, file: &RecordFile, time: Option<TimeColumn>, measured: Option<&[f64]>) -> Result<Record> {
+        let predicted = self.output();
+        let mut columns = Vec::new();
+        if let Some(time) = time {
+            let instants = file.column(&time.name)?.iter().map(|t| t * time.seconds);
+            columns.push(("t", instants.collect()));
+        }
+        columns.extend(measured.map(|measured| ("measured", measured.to_vec())));
+        columns.push(("predicted", predicted.to_vec()));
+        columns.extend(measured.map(|measured| {
+            let error = measured.iter().zip(predicted).map(|(y, yh)| y - yh);
+            ("error", error.collect())
+        }));
+        Ok(Record::new(columns)?)
+    }
+
+    fn json(&self, arguments: &Arguments) -> Value {
+        json!({
+            "samples": self.output().len(),
+            "samples_outside_range": self.outside.samples,
+            "initial_state": self.free.start().name(),
+            "initial_state_samples": self.free.estimated_from,
             "horizon": arguments.horizon,
-            "noise_model_used": ahead.as_ref().is_some_and(|ahead| ahead.noise),
-            "fit_percent": measures.map(|m| m.fit_percent),
-            "rms": measures.map(|m| m.rms),
+            "noise_model_used": self.ahead.as_ref().is_some_and(|ahead| ahead.noise),
+            "fit_percent": self.measures.map(|m| m.fit_percent),
+            "rms": self.measures.map(|m| m.rms),
             "out": arguments.out.display().to_string(),
-        });
-        return print(&object.to_string());
+        })
     }
-    let mut lines = vec![format!(
-        "wrote {} ({} samples)",
-        shown_path(&arguments.out),
-        predicted.len()
-    )];
-    lines.extend(ahead.map(|ahead| ahead.description));
-    lines.push(format!("free run {}", free.description()));
-    let below = measures.is_some_and(|m| m.fit_percent < 0.0);
-    lines.extend(measures.map(|m| {
-        let other = if first > 0 { "other " } else { "" };
-        let (fit, rms) = (fit(m.fit_percent, 2), number(m.rms));
-        format!("fit {fit}, RMS error {rms} over the {} {other}samples", m.samples)
-    }));
-    lines.extend(below.then(|| BELOW_ZERO.to_owned()));
-    if free.took_most() {
-        lines.push(
-            "warning: the model is so slow that most outputs were used for the state at the start: the fit is over the few that are left; predict a \
-             longer record, or give --initial-state steady"
-                .to_owned(),
-        );
+
+    fn text(&self, arguments: &Arguments) -> String {
+        let (path, samples) = (shown_path(&arguments.out), self.output().len());
+        let mut lines = vec![format!("wrote {path} ({samples} samples)")];
+        lines.extend(self.ahead.as_ref().map(|ahead| ahead.description.clone()));
+        lines.push(format!("free run {}", self.free.description()));
+        lines.extend(self.measures.map(|m| {
+            let other = if self.first > 0 { "other " } else { "" };
+            let (fit, rms) = (fit(m.fit_percent, 2), number(m.rms));
+            format!("fit {fit}, RMS error {rms} over the {} {other}samples", m.samples)
+        }));
+        let below = self.measures.is_some_and(|m| m.fit_percent < 0.0);
+        lines.extend(below.then(|| BELOW_ZERO.to_owned()));
+        if self.free.took_most() {
+            lines.push(
+                "warning: the model is so slow that most outputs were used for the state at the start: the fit is over the few that are left; predict a \
+                 longer record, or give --initial-state steady"
+                    .to_owned(),
+            );
+        }
+        lines.extend(self.outside.warning());
+        lines.join("\n")
     }
-    lines.extend(outside.warning());
-    print(&lines.join("\n"))
 }
