@@ -64,7 +64,7 @@ fn urdf(chain: &ChainParameters) -> Result<String, std::fmt::Error> {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = std::env::args().nth(1).filter(|a| !a.starts_with('-'));
-    println!("microseconds            forward  inverse  inertia matrix  forward and inverse of many states, each");
+    println!("microseconds            forward  inverse  inertia matrix  the same of many states, each");
     let [space_arm, _, six, seven] = ChainPreset::ALL.map(ChainPreset::parameters);
     let mut two = space_arm;
     (two.base, two.base_inertia) = (Base::Fixed, None);
@@ -128,7 +128,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         };
         let forwards = many(&|results| chain.forward_dynamics_batch(&q, &v, &tau, results));
         let inverses = many(&|results| chain.inverse_dynamics_batch(&q, &v, &tau, results));
-        println!("{name:<20} {forward:>10.3} {inverse:>8.3} {inertia:>8.3} {forwards:>12.3} {inverses:>8.3}");
+        let mut matrices = vec![0.0; n * v.len()];
+        let inertias = microseconds(|k| {
+            if k % 64 == 0 {
+                black_box(chain.mass_matrix_batch(&q, black_box(&mut matrices)).is_ok());
+            }
+        });
+        println!(
+            "{name:<20} {forward:>10.3} {inverse:>8.3} {inertia:>8.3} {forwards:>12.3} {inverses:>8.3} {inertias:>8.3}"
+        );
     }
     Ok(())
 }
