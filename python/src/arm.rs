@@ -4,10 +4,10 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use flexure::simulation::batch;
 use flexure::{Interrupt, Record};
 use flexure_io::arm::{
-    ArmError, ArmFile, DriveKind, PRESETS, Paths, preset_text, read_arm_record, run_driven, run_watched, with_changes,
+    ArmError, ArmFile, DriveKind, PRESETS, Paths, preset_text, read_arm_record, run_driven, run_driven_batch,
+    run_watched, with_changes,
 };
 use flexure_io::{ReadOptions, read_text};
 use pyo3::prelude::*;
@@ -190,15 +190,18 @@ impl Arm {
     ) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let (source, kind) = (Arc::clone(&self.0), drive_kind(kind)?);
         let records = interruptible(py, move |interrupt| {
-            let jobs: Vec<_> = (first..).zip(drives).collect();
-            let run = |(place, drive): &(u64, Drive)| {
+            let file = |place: u64, drive: &Drive| {
                 let mut file = source.driven(kind, drive.0.len());
                 if let Some(noise) = &mut file.noise {
-                    noise.seed = noise.seed.wrapping_add(*place);
+                    noise.seed = noise.seed.wrapping_add(place);
                 }
-                driven(&file, drive, interrupt)
+                file
             };
-            batch(&jobs, run)
+            let runs: Vec<(ArmFile, [&[f64]; 2])> = (first..)
+                .zip(&drives)
+                .map(|(place, drive)| (file(place, drive), [drive.0.samples(), drive.1.samples()]))
+                .collect();
+            run_driven_batch(&runs, &|_| interrupt.flow())
         })?;
         let each = records
             .into_iter()

@@ -1,5 +1,6 @@
 //! Chains of links: dynamics of many states at once, and runs in time.
 
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -21,6 +22,9 @@ use crate::runs;
 
 /// States between two looks for signals: some hundredths of a second.
 const STATES: usize = 1 << 15;
+
+/// The states that a thread takes at a time: it is worth some hundred.
+const PIECE: usize = 256;
 
 /// A chain or tree of rigid links.
 #[pyclass(frozen, module = "flexure._core")]
@@ -55,13 +59,29 @@ impl Chain {
         width: usize,
         of: impl Fn(&mut ChainData, usize, &mut [f64]) -> flexure::Result<()> + Sync,
     ) -> PyResult<Bound<'py, PyAny>> {
+        self.pieces(py, count, width, |places, results| {
+            let mut data = self.links().data();
+            let mut each = places.zip(results.chunks_exact_mut(width));
+            each.try_for_each(|(i, result)| of(&mut data, i, result))
+        })
+    }
+
+    /// The same, where `of` gives the results of states that follow each other.
+    fn pieces<'py>(
+        &self,
+        py: Python<'py>,
+        count: usize,
+        width: usize,
+        of: impl Fn(Range<usize>, &mut [f64]) -> flexure::Result<()> + Sync,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let mut results = vec![0.0; count * width];
         for (block, results) in results.chunks_mut((STATES * width).max(1)).enumerate() {
-            let one = |data: &mut ChainData, (i, result): (usize, &mut [f64])| of(data, block * STATES + i, result);
             briefly(py, || {
-                let states = results.par_chunks_exact_mut(width).enumerate();
-                // A thread is worth some hundred states.
-                states.with_min_len(256).try_for_each_init(|| self.links().data(), one)
+                let pieces = results.par_chunks_mut((PIECE * width).max(1)).enumerate();
+                pieces.try_for_each(|(piece, results)| {
+                    let first = block * STATES + piece * PIECE;
+                    of(first..first + results.len() / width, results)
+                })
             })?
             .map_err(|error| of_library(&error))?;
             py.check_signals()?;
@@ -73,6 +93,11 @@ impl Chain {
 /// State number `i` of states that lie one after the other.
 fn state(values: &[f64], i: usize, width: usize) -> &[f64] {
     &values[i * width..(i + 1) * width]
+}
+
+/// States that follow each other.
+fn states<'a>(values: &'a [f64], places: &Range<usize>, width: usize) -> &'a [f64] {
+    &values[places.start * width..places.end * width]
 }
 
 #[pymethods]
@@ -175,8 +200,9 @@ impl Chain {
     fn forward_dynamics<'py>(&self, py: Python<'py>, q: Column, v: Column, tau: Column) -> PyResult<Bound<'py, PyAny>> {
         let (chain, n, p) = (self.links(), self.links().velocities(), self.links().positions());
         let (q, v, tau) = (q.samples(), v.samples(), tau.samples());
-        self.each(py, v.len() / n, n, |data, i, a| {
-            chain.forward_dynamics(data, state(q, i, p), state(v, i, n), state(tau, i, n), a)
+        self.pieces(py, v.len() / n, n, |places, a| {
+            let (q, v, tau) = (states(q, &places, p), states(v, &places, n), states(tau, &places, n));
+            chain.forward_dynamics_batch(q, v, tau, a)
         })
     }
 
@@ -184,8 +210,9 @@ impl Chain {
     fn inverse_dynamics<'py>(&self, py: Python<'py>, q: Column, v: Column, a: Column) -> PyResult<Bound<'py, PyAny>> {
         let (chain, n, p) = (self.links(), self.links().velocities(), self.links().positions());
         let (q, v, a) = (q.samples(), v.samples(), a.samples());
-        self.each(py, v.len() / n, n, |data, i, tau| {
-            chain.inverse_dynamics(data, state(q, i, p), state(v, i, n), state(a, i, n), tau)
+        self.pieces(py, v.len() / n, n, |places, tau| {
+            let (q, v, a) = (states(q, &places, p), states(v, &places, n), states(a, &places, n));
+            chain.inverse_dynamics_batch(q, v, a, tau)
         })
     }
 
@@ -193,8 +220,8 @@ impl Chain {
     fn mass_matrix<'py>(&self, py: Python<'py>, q: Column) -> PyResult<Bound<'py, PyAny>> {
         let (chain, n, p) = (self.links(), self.links().velocities(), self.links().positions());
         let q = q.samples();
-        self.each(py, q.len() / p, n * n, |data, i, m| {
-            chain.mass_matrix(data, state(q, i, p), m)
+        self.pieces(py, q.len() / p, n * n, |places, m| {
+            chain.mass_matrix_batch(states(q, &places, p), m)
         })
     }
 

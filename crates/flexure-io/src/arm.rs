@@ -64,7 +64,7 @@ pub use excitation::{Amplitude, Distribution, DriveKind, Excitation, Kind, Phase
 pub use file::{ArmFile, Noise, Run};
 pub use presets::{PRESETS, preset, preset_text};
 pub use record::{Paths, read_arm_record};
-pub use run::{run, run_driven, run_watched};
+pub use run::{run, run_driven, run_driven_batch, run_watched};
 pub use scenario::{
     Body, ControllerKind, ControllerTable, EstimatorKind, Motion, SCENARIOS, Scenario, scenario_preset_text,
     unusable_name,

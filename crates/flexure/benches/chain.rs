@@ -1,4 +1,4 @@
-//! The time of a chain's algorithms, one state a call on one core: `cargo bench -p flexure --bench chain`.
+//! The time of a chain's algorithms, one state a call and many states a call, on one core: `cargo bench -p flexure --bench chain`.
 //!
 //! With `-- FOLDER` it writes the chains to this folder as URDF, for the peers of `bench/chains/run`.
 
@@ -64,7 +64,7 @@ fn urdf(chain: &ChainParameters) -> Result<String, std::fmt::Error> {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = std::env::args().nth(1).filter(|a| !a.starts_with('-'));
-    println!("microseconds            forward  inverse  inertia matrix");
+    println!("microseconds            forward  inverse  inertia matrix  the same of many states, each");
     let [space_arm, _, six, seven] = ChainPreset::ALL.map(ChainPreset::parameters);
     let mut two = space_arm;
     (two.base, two.base_inertia) = (Base::Fixed, None);
@@ -116,7 +116,27 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                     .is_ok(),
             );
         });
-        println!("{name:<20} {forward:>10.3} {inverse:>8.3} {inertia:>8.3}");
+        let [q, v, tau] = [0, 1, 2].map(|k| states.iter().flat_map(|state| state[k].clone()).collect::<Vec<f64>>());
+        let mut results = vec![0.0; v.len()];
+        let mut many = |call: &dyn Fn(&mut [f64]) -> flexure::Result<()>| {
+            // A call for all 64 states.
+            microseconds(|k| {
+                if k % 64 == 0 {
+                    black_box(call(black_box(&mut results)).is_ok());
+                }
+            })
+        };
+        let forwards = many(&|results| chain.forward_dynamics_batch(&q, &v, &tau, results));
+        let inverses = many(&|results| chain.inverse_dynamics_batch(&q, &v, &tau, results));
+        let mut matrices = vec![0.0; n * v.len()];
+        let inertias = microseconds(|k| {
+            if k % 64 == 0 {
+                black_box(chain.mass_matrix_batch(&q, black_box(&mut matrices)).is_ok());
+            }
+        });
+        println!(
+            "{name:<20} {forward:>10.3} {inverse:>8.3} {inertia:>8.3} {forwards:>12.3} {inverses:>8.3} {inertias:>8.3}"
+        );
     }
     Ok(())
 }

@@ -1,12 +1,12 @@
 //! The speed and accuracy of the arm's simulation: `cargo bench -p flexure --bench simulation`.
 //!
 //! Prints the time of one right-hand side, of 10 s of the full nonlinear space arm under a chirp
-//! at rtol 1e-9, atol 1e-12, its error against a run at 1e-13, and a batch's throughput.
+//! at rtol 1e-9, atol 1e-12, its error against a run at 1e-13, and a batch's throughput, one arm after the other and several in lanes.
 
 use std::hint::black_box;
 use std::time::Instant;
 
-use flexure::manipulator::{Arm, Drive, JointKind, SimulationOptions, simulate, space_arm};
+use flexure::manipulator::{Arm, ArmRun, Drive, JointKind, SimulationOptions, simulate, simulate_batch, space_arm};
 use flexure::simulation::{Dop853, Tolerances, batch};
 
 /// The least time of several runs, s.
@@ -83,17 +83,33 @@ fn main() -> flexure::Result<()> {
     });
     println!("10 s of white torque, held for 10 ms: {:.2} ms", seconds * 1e3);
 
-    let seeds: Vec<u64> = (0..64).collect();
-    let seconds = least_time(3, || {
-        black_box(batch(&seeds, |seed| {
-            let first = flexure::signal::white_uniform(options.sampling.rows(), 20.0, *seed);
-            first.and_then(|u| simulate(&arm, &Drive::Held([&u, &torque[1]]), &options))
-        }));
-    });
-    println!(
-        "batch of {} such arms: {:.0} arms a second",
-        seeds.len(),
-        seeds.len() as f64 / seconds
-    );
+    let white = |seed| flexure::signal::white_uniform(options.sampling.rows(), 20.0, seed);
+    let slow = |seed: u64| -> Vec<f64> {
+        let angle = |k| options.sampling.instant(k) * (0.5 + 0.05 * seed as f64);
+        (0..options.sampling.rows()).map(|k| 5.0 * angle(k).sin()).collect()
+    };
+    let whites: Vec<Vec<f64>> = (0..64).map(white).collect::<flexure::Result<_>>()?;
+    let sines: Vec<Vec<f64>> = (0..64).map(slow).collect();
+    for (name, first) in [("white", &whites), ("slow", &sines)] {
+        let run = |u| ArmRun {
+            arm: &arm,
+            drive: Drive::Held([u, &torque[1]]),
+            options,
+        };
+        let runs: Vec<ArmRun> = first.iter().map(|u| run(u.as_slice())).collect();
+        let alone = least_time(5, || {
+            black_box(batch(&runs, |run| simulate(run.arm, &run.drive, &run.options).is_ok()));
+        });
+        let together = least_time(5, || {
+            black_box(simulate_batch(&runs, &|_| std::ops::ControlFlow::Continue(())));
+        });
+        let count = runs.len() as f64;
+        println!(
+            "batch of {count} arms, {name} torque: {:.0} arms a second one after the other, {:.0} in lanes: {:.2} times",
+            count / alone,
+            count / together,
+            alone / together
+        );
+    }
     Ok(())
 }

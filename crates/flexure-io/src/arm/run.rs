@@ -3,8 +3,10 @@
 use std::ops::ControlFlow;
 
 use flexure::Record;
-use flexure::manipulator::{Arm, Drive, add_noise, record_columns, simulate_watched};
-use flexure::simulation::Sampling;
+use flexure::manipulator::{
+    Arm, ArmRun, Drive, SimulationOptions, add_noise, record_columns, simulate_batch, simulate_watched,
+};
+use flexure::simulation::{Sampling, batch};
 
 use super::error::ArmError;
 use super::excitation::{DriveKind, Kind};
@@ -75,14 +77,55 @@ pub fn run_driven(
     columns: [&[f64]; 2],
     watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Record, ArmError> {
+    let (arm, options) = ready(file)?;
+    let record = simulate_watched(&arm, &drive(file, columns), &options, watch)?;
+    noisy(file, record)
+}
+
+/// [`run_driven`] of many arm files, each with its inputs, over all cores: each with the same result, to the last bit, in their order.
+/// `watch` is called for all of them.
+pub fn run_driven_batch(
+    runs: &[(ArmFile, [&[f64]; 2])],
+    watch: &(dyn Fn(f64) -> ControlFlow<()> + Sync),
+) -> Vec<Result<Record, ArmError>> {
+    let ready: Vec<_> = runs.iter().map(|(file, _)| ready(file)).collect();
+    let sound = ready.iter().zip(runs).filter_map(|(ready, (file, columns))| {
+        let (arm, options) = ready.as_ref().ok()?;
+        Some(ArmRun {
+            arm,
+            drive: drive(file, *columns),
+            options: *options,
+        })
+    });
+    let mut simulated = simulate_batch(&sound.collect::<Vec<_>>(), watch).into_iter();
+    let records = ready.into_iter().filter_map(|ready| match ready {
+        Ok(_) => simulated.next().map(|record| Ok(record?)),
+        Err(error) => Some(Err(error)),
+    });
+    let jobs: Vec<(&ArmFile, Result<Record, ArmError>)> = runs.iter().map(|(file, _)| file).zip(records).collect();
+    if jobs.iter().all(|(file, _)| file.noise.is_none()) {
+        return jobs.into_iter().map(|(_, record)| record).collect();
+    }
+    batch(&jobs, |(file, record)| noisy(file, record.clone()?))
+}
+
+/// The arm of a file, and how to simulate it.
+fn ready(file: &ArmFile) -> Result<(Arm, SimulationOptions), ArmError> {
     let arm = Arm::new(file.arm)?;
     let options = file.options()?;
     check_memory(file, &options.sampling)?;
-    let drive = match file.excitation.drive {
+    Ok((arm, options))
+}
+
+fn drive<'a>(file: &ArmFile, columns: [&'a [f64]; 2]) -> Drive<'a> {
+    match file.excitation.drive {
         DriveKind::Torque => Drive::Held(columns),
         DriveKind::Deflection => Drive::Deflection(columns),
-    };
-    let record = simulate_watched(&arm, &drive, &options, watch)?;
+    }
+}
+
+/// The record with the noise of the file.
+fn noisy(file: &ArmFile, record: Record) -> Result<Record, ArmError> {
     match &file.noise {
         None => Ok(record),
         Some(noise) => {

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::checks;
+use super::coefficients::Coefficients;
 use super::joint::{Friction, Stiffness};
 use super::links::{Link, LinkDynamics};
 use crate::error::Result;
@@ -149,25 +150,8 @@ pub fn space_arm(model: JointKind) -> ArmParameters {
 /// An arm whose parameters have been checked.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Arm {
-    pub(super) parameters: ArmParameters,
-    /// The links' inertia, with rotor 2 in `M11` if that is switched on.
-    pub(super) links: LinkDynamics,
-    /// The rotors' inertia.
-    pub(super) motor: [f64; 2],
-    /// The stiffness in effect: switched-off terms are zero.
-    pub(super) stiffness: [Stiffness; 2],
-    /// The damping of each joint.
-    pub(super) damping: [f64; 2],
-    /// The friction in effect; all zero where there is none.
-    pub(super) friction: [Friction; 2],
-    /// The same for the motors; `None` if neither has any.
-    pub(super) motor_friction: Option<[Friction; 2]>,
-    /// Whether a friction or wind-up term needs elementary functions.
-    pub(super) smooth_terms: bool,
-    /// Whether each joint moves.
-    pub(super) free: [bool; 2],
-    /// `S12`, the only element of S in (9): the inertia of rotor 2 in kg m^2; zero without coupling.
-    pub(super) coupling: f64,
+    parameters: ArmParameters,
+    pub(super) coefficients: Coefficients<f64>,
 }
 
 impl Arm {
@@ -179,45 +163,9 @@ impl Arm {
     /// rotors together is not positive definite for every `q2`.
     pub fn new(parameters: ArmParameters) -> Result<Self> {
         checks::ranges(&parameters)?;
-        let ArmParameters {
-            model, joints, parts, ..
-        } = parameters;
-        let motor = joints.map(|j| j.motor_inertia);
-        let mut links = LinkDynamics::new(&parameters.links);
-        if parts.rotor_in_link_inertia {
-            links.shoulder += motor[1];
-        }
-        let stiffness = joints.map(|j| match model {
-            JointKind::Rigid => Stiffness::default(),
-            JointKind::Linear => Stiffness {
-                linear: j.stiffness,
-                ..Stiffness::default()
-            },
-            JointKind::Nonlinear => Stiffness {
-                cubic: if parts.cubic { j.cubic } else { 0.0 },
-                linear: j.linear,
-                windup: if parts.windup { j.windup } else { 0.0 },
-                windup_sharpness: if parts.windup && j.windup > 0.0 {
-                    j.windup_sharpness
-                } else {
-                    0.0
-                },
-            },
-        });
-        let in_effect = |friction: Option<Friction>| friction.filter(|_| parts.friction).unwrap_or_default();
-        let friction = joints.map(|j| in_effect(j.friction));
-        let motor_friction = joints.map(|j| in_effect(j.motor_friction));
         let arm = Arm {
             parameters,
-            links,
-            motor,
-            stiffness,
-            damping: joints.map(|j| j.damping),
-            friction,
-            motor_friction: Some(motor_friction).filter(|f| f.iter().any(|f| f.0 != [0.0; 6])),
-            smooth_terms: friction.iter().any(|f| f.0 != [0.0; 6]) || stiffness.iter().any(|s| s.windup != 0.0),
-            free: joints.map(|j| !j.locked),
-            coupling: if parts.coupling { motor[1] } else { 0.0 },
+            coefficients: Coefficients::new(&parameters),
         };
         checks::inertia(&arm)?;
         Ok(arm)
@@ -235,21 +183,30 @@ impl Arm {
 
     /// The links' constants in effect.
     pub fn link_dynamics(&self) -> LinkDynamics {
-        self.links
+        LinkDynamics {
+            shoulder: self.coefficients.shoulder,
+            elbow: self.coefficients.elbow,
+            coupling: self.coefficients.swing,
+        }
     }
 
     /// The stiffness of each joint in effect: terms that are switched off are zero.
     pub fn stiffness(&self) -> [Stiffness; 2] {
-        self.stiffness
+        self.coefficients.springs.map(|spring| spring.stiffness())
     }
 
     /// The friction of each joint in effect: zero where there is none or it is switched off.
     pub fn friction(&self) -> [Friction; 2] {
-        self.friction
+        self.coefficients.friction.map(Friction)
     }
 
     /// The friction of each motor in effect, with the same rule.
     pub fn motor_friction(&self) -> [Friction; 2] {
-        self.motor_friction.unwrap_or_default()
+        self.coefficients.motor_friction.map(Friction)
+    }
+
+    /// Whether each joint moves.
+    pub(super) fn free(&self) -> [bool; 2] {
+        self.coefficients.form.free
     }
 }

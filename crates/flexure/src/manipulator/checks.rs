@@ -155,35 +155,36 @@ const SINGULAR: f64 = 1e-12;
 /// The motors are eliminated exactly; the determinant of the remaining `M` is a concave quadratic in `cos q2`, and least at `cos q2` = 1 or
 /// -1.
 pub(super) fn inertia(arm: &Arm) -> Result<()> {
-    positive_definite(arm, "inertia matrix", |cos| arm.mass_terms(cos))
+    positive_definite(arm, "inertia matrix", |cos| arm.coefficients.mass_terms(cos))
 }
 
 /// The same for `M + S`, which replaces `M` when deflections are commanded.
 pub(super) fn deflection_inertia(arm: &Arm) -> Result<()> {
     positive_definite(arm, "inertia matrix M + S of the commanded arm", |cos| {
-        arm.deflection_mass(cos)
+        arm.coefficients.deflection_mass(cos)
     })
 }
 
 fn positive_definite(arm: &Arm, matrix: &'static str, mass: impl Fn(f64) -> [[f64; 2]; 2]) -> Result<()> {
+    let free = arm.free();
     for (cos, q2) in [(1.0, 0.0), (-1.0, std::f64::consts::PI)] {
         let m = mass(cos);
-        let determinant = match arm.free {
+        let determinant = match free {
             [true, true] => m[0][0] * m[1][1] - m[0][1] * m[1][0],
             [true, false] => m[0][0],
             [false, _] => m[1][1],
         };
-        let scale = match arm.free {
+        let scale = match free {
             [true, true] => (m[0][0] * m[1][1]).abs(),
             _ => determinant.abs(),
         };
-        let diagonal = (!arm.free[0] || m[0][0] > 0.0) && (!arm.free[1] || m[1][1] > 0.0);
+        let diagonal = (!free[0] || m[0][0] > 0.0) && (!free[1] || m[1][1] > 0.0);
         if !(diagonal && determinant > SINGULAR * scale) {
             return Err(Error::Arm(ArmError::SingularInertia {
                 matrix,
                 q2,
                 determinant,
-                hint: if arm.coupling > 0.0 {
+                hint: if arm.coefficients.coupling > 0.0 {
                     ", and the motor inertia of joint 2, which the coupling S takes from M11"
                 } else {
                     ""

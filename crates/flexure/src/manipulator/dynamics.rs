@@ -13,18 +13,19 @@
 
 use super::State;
 use super::arm::{Arm, JointKind};
+use super::coefficients::Coefficients;
 use super::elementary;
-use super::joint::Friction;
+use crate::number::Number;
 
 /// The elastic and the friction torques of both joints.
-struct JointTorques {
-    elastic: [f64; 2],
-    friction: [f64; 2],
+struct JointTorques<T> {
+    elastic: [T; 2],
+    friction: [T; 2],
 }
 
 /// Solves `m a = r` by elimination of the second unknown.
 #[inline(always)]
-fn solve(m: [[f64; 2]; 2], r: [f64; 2]) -> [f64; 2] {
+fn solve<T: Number>(m: [[T; 2]; 2], r: [T; 2]) -> [T; 2] {
     let factor = m[0][1] / m[1][1];
     let first = (r[0] - factor * r[1]) / (m[0][0] - factor * m[1][0]);
     [first, (r[1] - m[1][0] * first) / m[1][1]]
@@ -40,69 +41,31 @@ impl Arm {
             let [v1, v2, a1, a2] = self.rigid_derivative(&[x[0], x[1], x[4], x[5]], tau);
             return [v1, v2, v1, v2, a1, a2, a1, a2];
         }
-        let dq = [x[4], x[5]];
-        let JointTorques { mut elastic, friction } = self.joint_torques([x[2] - x[0], x[3] - x[1]], dq);
-        elastic[0] += self.damping[0] * (x[6] - x[4]);
-        elastic[1] += self.damping[1] * (x[7] - x[5]);
-        let (sin, cos) = x[1].sin_cos();
-        let inertial = self.coriolis_torque(sin, dq);
-        let mut r = [
-            elastic[0] - inertial[0] - friction[0],
-            elastic[1] - inertial[1] - friction[1],
-        ];
-        let motor_friction = self.motor_friction_torques([x[6], x[7]]);
-        let drive = [0, 1].map(|i| tau[i] - elastic[i] - motor_friction[i]);
-        if self.free[1] && self.coupling != 0.0 {
-            r[0] -= drive[1];
-        }
-        let a = self.solve_free(self.mass_terms(cos), r);
-        let mut am = [0.0; 2];
-        if self.free[0] {
-            am[0] = drive[0] / self.motor[0];
-        }
-        if self.free[1] {
-            am[1] = (drive[1] - self.coupling * a[0]) / self.motor[1];
-        }
-        [x[4], x[5], x[6], x[7], a[0], a[1], am[0], am[1]]
+        self.coefficients.derivative(x, &tau)
     }
 
     /// The time derivative of the state `[q1, q2, q1', q2']` of a rigid arm, (4), under `tau`.
     #[inline]
     pub fn rigid_derivative(&self, x: &[f64; 4], tau: [f64; 2]) -> [f64; 4] {
-        let dq = [x[2], x[3]];
-        let friction = self.joint_torques([0.0; 2], dq).friction;
-        let motor_friction = self.motor_friction_torques(dq);
-        let (sin, cos) = x[1].sin_cos();
-        let inertial = self.coriolis_torque(sin, dq);
-        let r = [0, 1].map(|i| tau[i] - inertial[i] - friction[i] - motor_friction[i]);
-        let a = self.solve_free(self.mass_terms(cos), r);
-        [x[2], x[3], a[0], a[1]]
+        self.coefficients.rigid_derivative(x, &tau)
     }
 
     /// The time derivative of `[q1, q2, q1', q2']` while ideal servos hold the deflections `d`:
     /// `M q'' + S q'' + C q' + f(q') = kappa(d)`, which is (7) with `qm'' = q''`.
     #[inline]
     pub fn deflected_derivative(&self, x: &[f64; 4], d: [f64; 2]) -> [f64; 4] {
-        let dq = [x[2], x[3]];
-        let JointTorques { elastic, friction } = self.joint_torques(d, dq);
-        let (sin, cos) = x[1].sin_cos();
-        let inertial = self.coriolis_torque(sin, dq);
-        let r = [
-            elastic[0] - inertial[0] - friction[0],
-            elastic[1] - inertial[1] - friction[1],
-        ];
-        let a = self.solve_free(self.deflection_mass(cos), r);
-        [x[2], x[3], a[0], a[1]]
+        self.coefficients.deflected_derivative(x, &d)
     }
 
     /// The motor torques `S^T q'' + Jm q'' + fm(q') + kappa(d)`, (8), that hold the deflections `d` while
     /// the links move with the velocities `v` and the accelerations `a`.
     pub fn holding_torque(&self, a: [f64; 2], v: [f64; 2], d: [f64; 2]) -> [f64; 2] {
-        let [first, second] = self.stiffness;
-        let motor_friction = self.motor_friction_torques(v);
+        let [first, second] = self.stiffness();
+        let Coefficients { motor, coupling, .. } = &self.coefficients;
+        let motor_friction = self.coefficients.motor_friction_torques(v);
         [
-            self.motor[0] * a[0] + motor_friction[0] + first.torque(d[0]),
-            self.coupling * a[0] + self.motor[1] * a[1] + motor_friction[1] + second.torque(d[1]),
+            motor[0] * a[0] + motor_friction[0] + first.torque(d[0]),
+            coupling * a[0] + motor[1] * a[1] + motor_friction[1] + second.torque(d[1]),
         ]
     }
 
@@ -115,81 +78,149 @@ impl Arm {
         let form = |m: [[f64; 2]; 2], v: [f64; 2]| {
             m[0][0] * v[0] * v[0] + (m[0][1] + m[1][0]) * v[0] * v[1] + m[1][1] * v[1] * v[1]
         };
+        let Coefficients { motor, coupling, .. } = &self.coefficients;
         if self.model() == JointKind::Rigid {
-            return 0.5 * form(self.mass_terms(q[1].cos()), dq);
+            return 0.5 * form(self.coefficients.mass_terms(q[1].cos()), dq);
         }
-        let rotors = self.motor[0] * dqm[0] * dqm[0] + self.motor[1] * dqm[1] * dqm[1];
-        0.5 * form(self.links.inertia(q[1]), dq)
-            + self.coupling * dq[0] * dqm[1]
+        let rotors = motor[0] * dqm[0] * dqm[0] + motor[1] * dqm[1] * dqm[1];
+        let [first, second] = self.stiffness();
+        0.5 * form(self.link_dynamics().inertia(q[1]), dq)
+            + coupling * dq[0] * dqm[1]
             + 0.5 * rotors
-            + self.stiffness[0].potential(qm[0] - q[0])
-            + self.stiffness[1].potential(qm[1] - q[1])
+            + first.potential(qm[0] - q[0])
+            + second.potential(qm[1] - q[1])
+    }
+}
+
+impl<T: Number> Coefficients<T> {
+    /// [`Arm::derivative`] of a flexible arm.
+    #[inline(always)]
+    pub(super) fn derivative(&self, x: &[T; 8], tau: &[T; 2]) -> [T; 8] {
+        let dq = [x[4], x[5]];
+        let JointTorques { mut elastic, friction } = self.joint_torques([x[2] - x[0], x[3] - x[1]], dq);
+        elastic[0] = elastic[0] + self.damping[0] * (x[6] - x[4]);
+        elastic[1] = elastic[1] + self.damping[1] * (x[7] - x[5]);
+        let (sin, cos) = elementary::sin_cos(x[1]);
+        let inertial = self.coriolis_torque(sin, dq);
+        let mut r = [
+            elastic[0] - inertial[0] - friction[0],
+            elastic[1] - inertial[1] - friction[1],
+        ];
+        let motor_friction = self.motor_friction_torques([x[6], x[7]]);
+        let drive = [
+            tau[0] - elastic[0] - motor_friction[0],
+            tau[1] - elastic[1] - motor_friction[1],
+        ];
+        if self.form.coupled {
+            r[0] = r[0] - drive[1];
+        }
+        let a = self.solve_free(self.mass_terms(cos), r);
+        let mut am = [tau[0].filled(0.0); 2];
+        if self.form.free[0] {
+            am[0] = drive[0] / self.motor[0];
+        }
+        if self.form.free[1] {
+            am[1] = (drive[1] - self.coupling * a[0]) / self.motor[1];
+        }
+        [x[4], x[5], x[6], x[7], a[0], a[1], am[0], am[1]]
+    }
+
+    /// [`Arm::rigid_derivative`].
+    #[inline(always)]
+    pub(super) fn rigid_derivative(&self, x: &[T; 4], tau: &[T; 2]) -> [T; 4] {
+        let dq = [x[2], x[3]];
+        let friction = self.joint_torques([tau[0].filled(0.0); 2], dq).friction;
+        let motor_friction = self.motor_friction_torques(dq);
+        let (sin, cos) = elementary::sin_cos(x[1]);
+        let inertial = self.coriolis_torque(sin, dq);
+        let r = [
+            tau[0] - inertial[0] - friction[0] - motor_friction[0],
+            tau[1] - inertial[1] - friction[1] - motor_friction[1],
+        ];
+        let a = self.solve_free(self.mass_terms(cos), r);
+        [x[2], x[3], a[0], a[1]]
+    }
+
+    /// [`Arm::deflected_derivative`].
+    #[inline(always)]
+    pub(super) fn deflected_derivative(&self, x: &[T; 4], d: &[T; 2]) -> [T; 4] {
+        let dq = [x[2], x[3]];
+        let JointTorques { elastic, friction } = self.joint_torques(*d, dq);
+        let (sin, cos) = elementary::sin_cos(x[1]);
+        let inertial = self.coriolis_torque(sin, dq);
+        let r = [
+            elastic[0] - inertial[0] - friction[0],
+            elastic[1] - inertial[1] - friction[1],
+        ];
+        let a = self.solve_free(self.deflection_mass(cos), r);
+        [x[2], x[3], a[0], a[1]]
     }
 
     /// The matrix that multiplies `q''` after the motors are eliminated: `M - S Jm^-1 S^T`, or `M` with the
     /// rotors geared to it for a rigid arm.
     #[inline(always)]
-    pub(super) fn mass_terms(&self, cos: f64) -> [[f64; 2]; 2] {
+    pub(super) fn mass_terms(&self, cos: T) -> [[T; 2]; 2] {
         let m = self.link_inertia(cos);
         let [[m11, m12], [_, m22]] = m;
-        if self.model() == JointKind::Rigid {
-            if !self.parameters.parts.rotors {
+        if self.form.rigid {
+            if !self.form.rotors {
                 return m;
             }
             let off = m12 + self.coupling;
             return [[m11 + self.motor[0], off], [off, m22 + self.motor[1]]];
         }
         // S Jm^-1 S^T has the one element S12^2 / Jm2 = S12; a locked rotor 2 is held by its reaction.
-        let eliminated = if self.free[1] { self.coupling } else { 0.0 };
-        [[m11 - eliminated, m12], [m12, m22]]
+        let m11 = if self.form.free[1] { m11 - self.coupling } else { m11 };
+        [[m11, m12], [m12, m22]]
     }
 
     /// `M + S`, not symmetric.
     #[inline(always)]
-    pub(super) fn deflection_mass(&self, cos: f64) -> [[f64; 2]; 2] {
+    pub(super) fn deflection_mass(&self, cos: T) -> [[T; 2]; 2] {
         let [[m11, m12], second] = self.link_inertia(cos);
         [[m11, m12 + self.coupling], second]
     }
 
     /// The inertia matrix (5); this form is for the integrator; other callers use the one in `manipulator/links.rs`.
     #[inline(always)]
-    fn link_inertia(&self, cos: f64) -> [[f64; 2]; 2] {
-        let swing = self.links.coupling * cos;
-        let off = self.links.elbow + swing;
-        [[self.links.shoulder + 2.0 * swing, off], [off, self.links.elbow]]
+    fn link_inertia(&self, cos: T) -> [[T; 2]; 2] {
+        let swing = self.swing * cos;
+        let off = self.elbow + swing;
+        [[self.shoulder + swing * 2.0, off], [off, self.elbow]]
     }
 
     /// `C(q, q') q'`, with the matrix of (6), as in `manipulator/links.rs`.
     #[inline(always)]
-    fn coriolis_torque(&self, sin: f64, dq: [f64; 2]) -> [f64; 2] {
-        let factor = self.links.coupling * sin;
-        [-factor * (2.0 * dq[0] + dq[1]) * dq[1], factor * dq[0] * dq[0]]
+    fn coriolis_torque(&self, sin: T, dq: [T; 2]) -> [T; 2] {
+        let factor = self.swing * sin;
+        [-factor * (dq[0] * 2.0 + dq[1]) * dq[1], factor * dq[0] * dq[0]]
     }
 
     /// The accelerations of the joints that are free; those of locked ones are zero.
     #[inline(always)]
-    fn solve_free(&self, m: [[f64; 2]; 2], r: [f64; 2]) -> [f64; 2] {
-        match self.free {
+    fn solve_free(&self, m: [[T; 2]; 2], r: [T; 2]) -> [T; 2] {
+        let zero = r[0].filled(0.0);
+        match self.form.free {
             [true, true] => solve(m, r),
-            [true, false] => [r[0] / m[0][0], 0.0],
-            [false, true] => [0.0, r[1] / m[1][1]],
-            [false, false] => [0.0; 2],
+            [true, false] => [r[0] / m[0][0], zero],
+            [false, true] => [zero, r[1] / m[1][1]],
+            [false, false] => [zero; 2],
         }
     }
 
     /// The elastic torques (10), (11) at the deflections `d` and the friction torques (12) at the velocities `v`, for both joints at once;
     /// the plain formulas are in `joint.rs`.
     #[inline(always)]
-    fn joint_torques(&self, d: [f64; 2], v: [f64; 2]) -> JointTorques {
-        let [s1, s2] = &self.stiffness;
+    fn joint_torques(&self, d: [T; 2], v: [T; 2]) -> JointTorques<T> {
+        let [s1, s2] = &self.springs;
         let d2 = [d[0] * d[0], d[1] * d[1]];
         let mut factor = [s1.cubic * d2[0] + s1.linear, s2.cubic * d2[1] + s2.linear];
-        let mut friction = [0.0; 2];
-        if self.smooth_terms {
+        let mut friction = [d[0].filled(0.0); 2];
+        if self.form.smooth_terms {
             friction = friction_torques(&self.friction, v);
             let e = elementary::exp_nonpositive([-s1.windup_sharpness * d2[0], -s2.windup_sharpness * d2[1]]);
-            factor[0] -= s1.windup * e[0];
-            factor[1] -= s2.windup * e[1];
+            factor[0] = factor[0] - s1.windup * e[0];
+            factor[1] = factor[1] - s2.windup * e[1];
         }
         JointTorques {
             elastic: [factor[0] * d[0], factor[1] * d[1]],
@@ -199,18 +230,17 @@ impl Arm {
 
     /// The friction torques of both motors at their velocities.
     #[inline(always)]
-    fn motor_friction_torques(&self, v: [f64; 2]) -> [f64; 2] {
-        match &self.motor_friction {
-            Some(friction) => friction_torques(friction, v),
-            None => [0.0; 2],
+    fn motor_friction_torques(&self, v: [T; 2]) -> [T; 2] {
+        match self.form.motor_friction {
+            true => friction_torques(&self.motor_friction, v),
+            false => [v[0].filled(0.0); 2],
         }
     }
 }
 
 /// Two friction torques (12) at once; `joint.rs` has the plain formula.
 #[inline(always)]
-fn friction_torques([f, g]: &[Friction; 2], v: [f64; 2]) -> [f64; 2] {
-    let [f, g] = [&f.0, &g.0];
+fn friction_torques<T: Number>([f, g]: &[[T; 6]; 2], v: [T; 2]) -> [T; 2] {
     let t = elementary::tanh([
         f[1] * v[0],
         g[1] * v[1],

@@ -12,6 +12,7 @@
 //! | [`chain`] | any chain or tree of rigid links, on a fixed or a free base | |
 //! | [`flexible_arm`] | arms of flexible links in a plane: finite elements or assumed modes | |
 //! | [`simulate()`], [`Drive`] | an arm in time, under torque or with commanded deflections | |
+//! | [`simulate_batch`] | many arms in time, over all cores | |
 //!
 //! All equations of the paper, with their files, are listed in `identify/hammerstein/mod.rs`.
 //!
@@ -27,8 +28,10 @@
 //! ```
 
 mod arm;
+mod batch;
 pub mod chain;
 mod checks;
+mod coefficients;
 mod dynamics;
 mod elementary;
 pub mod flexible_arm;
@@ -39,6 +42,7 @@ mod noise;
 mod simulate;
 
 pub use arm::{Arm, ArmParameters, JointKind, JointParameters, Parts, space_arm};
+pub use batch::{ArmRun, simulate_batch};
 pub use joint::{Friction, Stiffness};
 pub use links::{Link, LinkDynamics};
 pub use noise::add_noise;

@@ -20,15 +20,16 @@ impl Arm {
         if self.model() == JointKind::Rigid {
             return Vec::new();
         }
-        let k = [self.stiffness[0].tangent(d[0]), self.stiffness[1].tangent(d[1])];
-        let [j1, j2] = self.motor;
-        let m = self.links.inertia(q2);
-        match self.free {
+        let [first, second] = self.stiffness();
+        let k = [first.tangent(d[0]), second.tangent(d[1])];
+        let [j1, j2] = self.coefficients.motor;
+        let m = self.link_dynamics().inertia(q2);
+        match self.free() {
             [false, false] => Vec::new(),
             [true, false] => vec![(k[0] * (1.0 / j1 + 1.0 / m[0][0])).sqrt()],
             [false, true] => vec![(k[1] * (1.0 / j2 + 1.0 / m[1][1])).sqrt()],
             [true, true] => {
-                let s = self.coupling;
+                let s = self.coefficients.coupling;
                 // a = M + S + S^T + Jm; b = S + Jm = [j1 s; 0 j2].
                 let (a11, a12, a22) = (m[0][0] + j1, m[0][1] + s, m[1][1] + j2);
                 let determinant = a11 * a22 - a12 * a12;

@@ -3,8 +3,10 @@
 use std::ops::ControlFlow;
 
 use super::arm::{Arm, JointKind};
+use super::coefficients::Coefficients;
 use super::{State, checks};
 use crate::error::{ArmError, Error, Result};
+use crate::number::Number;
 use crate::record::Record;
 use crate::simulation::{Dop853, Sampling, Tolerances, run_continuous, run_held};
 
@@ -90,40 +92,41 @@ pub fn simulate_watched(
     options: &SimulationOptions,
     watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Record> {
-    arm.check_initial(&options.initial)?;
-    let flexible = arm.model() != JointKind::Rigid;
-    let rows = match flexible {
-        true => driven(&Flexible(arm), drive, options, watch)?,
-        false => driven(&Rigid(arm), drive, options, watch)?,
+    check(arm, drive, options)?;
+    let rows = match (Equations::of(arm, drive), drive) {
+        (Equations::Rigid, Drive::Torque(torque)) => continuous::<4, Rigid>(arm, torque, options, watch)?,
+        (_, Drive::Torque(torque)) => continuous::<8, Flexible>(arm, torque, options, watch)?,
+        (Equations::Flexible, _) => held::<8, Flexible>(arm, drive, options, watch)?,
+        (Equations::Rigid, _) => held::<4, Rigid>(arm, drive, options, watch)?,
+        (Equations::Deflected, _) => held::<4, Deflected>(arm, drive, options, watch)?,
     };
-    rows.into_record(&options.sampling, flexible)
+    rows.into_record(&options.sampling, arm.model())
 }
 
-/// The equations of motion of an arm, in a state vector of `N` components.
-trait EquationsOfMotion<const N: usize> {
-    /// The arm that moves.
-    fn arm(&self) -> &Arm;
-
-    /// The derivative of the state under the torques `tau`.
-    fn derivative(&self, x: &[f64; N], tau: [f64; 2]) -> [f64; N];
+/// The equations of motion of an arm under a drive of one kind, in a state vector of `N` components.
+pub(super) trait EquationsOfMotion<const N: usize> {
+    /// The derivative of the state under the torques or deflections `u`.
+    fn derivative<T: Number>(of: &Coefficients<T>, x: &[T; N], u: &[T; 2]) -> [T; N];
 
     /// The components of a state.
     fn vector(state: &State) -> [f64; N];
 
     /// The state with these components.
     fn state(x: &[f64; N]) -> State;
+
+    /// The torques and the state of a row, under the torques or deflections `u`.
+    fn row(_: &Arm, x: &[f64; N], u: &[f64; 2]) -> ([f64; 2], State) {
+        (*u, Self::state(x))
+    }
 }
 
-/// An arm of flexible joints: x = `[q1, q2, qm1, qm2, q1', q2', qm1', qm2']`.
-struct Flexible<'a>(&'a Arm);
+/// Flexible joints under torques: x = `[q1, q2, qm1, qm2, q1', q2', qm1', qm2']`.
+pub(super) struct Flexible;
 
-impl EquationsOfMotion<8> for Flexible<'_> {
-    fn arm(&self) -> &Arm {
-        self.0
-    }
-
-    fn derivative(&self, x: &[f64; 8], tau: [f64; 2]) -> [f64; 8] {
-        self.0.derivative(x, tau)
+impl EquationsOfMotion<8> for Flexible {
+    #[inline(always)]
+    fn derivative<T: Number>(of: &Coefficients<T>, x: &[T; 8], tau: &[T; 2]) -> [T; 8] {
+        of.derivative(x, tau)
     }
 
     fn vector(state: &State) -> [f64; 8] {
@@ -135,16 +138,13 @@ impl EquationsOfMotion<8> for Flexible<'_> {
     }
 }
 
-/// An arm of rigid joints, whose motors move with the links: x = `[q1, q2, q1', q2']`.
-struct Rigid<'a>(&'a Arm);
+/// Rigid joints, whose motors move with the links: x = `[q1, q2, q1', q2']`.
+pub(super) struct Rigid;
 
-impl EquationsOfMotion<4> for Rigid<'_> {
-    fn arm(&self) -> &Arm {
-        self.0
-    }
-
-    fn derivative(&self, x: &[f64; 4], tau: [f64; 2]) -> [f64; 4] {
-        self.0.rigid_derivative(x, tau)
+impl EquationsOfMotion<4> for Rigid {
+    #[inline(always)]
+    fn derivative<T: Number>(of: &Coefficients<T>, x: &[T; 4], tau: &[T; 2]) -> [T; 4] {
+        of.rigid_derivative(x, tau)
     }
 
     fn vector(state: &State) -> [f64; 4] {
@@ -157,45 +157,101 @@ impl EquationsOfMotion<4> for Rigid<'_> {
     }
 }
 
-/// The rows of an arm that `drive` moves.
-fn driven<const N: usize>(
-    equations: &impl EquationsOfMotion<N>,
-    drive: &Drive,
-    options: &SimulationOptions,
-    watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<Rows> {
-    let rows = options.sampling.rows();
-    match drive {
-        Drive::Held(torque) => {
-            check_samples(["tau1", "tau2"], torque, rows)?;
-            held(equations, |k, _| [torque[0][k], torque[1][k]], options, watch)
-        }
-        Drive::Servo { reference, gains } => {
-            check_samples(["r1", "r2"], reference, rows)?;
-            let servo = |k: usize, at: State| {
-                [0, 1].map(|i| gains[i][0] * (reference[i][k] - at.qm[i]) - gains[i][1] * at.dqm[i])
-            };
-            held(equations, servo, options, watch)
-        }
-        Drive::Torque(torque) => continuous(equations, torque, options, watch),
-        Drive::Deflection(deflection) => deflected(equations.arm(), deflection, options, watch),
+/// Flexible joints under deflections: the links have the state of a rigid arm, and the motors follow them.
+pub(super) struct Deflected;
+
+impl EquationsOfMotion<4> for Deflected {
+    #[inline(always)]
+    fn derivative<T: Number>(of: &Coefficients<T>, x: &[T; 4], d: &[T; 2]) -> [T; 4] {
+        of.deflected_derivative(x, d)
+    }
+
+    fn vector(state: &State) -> [f64; 4] {
+        Rigid::vector(state)
+    }
+
+    fn state(x: &[f64; 4]) -> State {
+        Rigid::state(x)
+    }
+
+    fn row(arm: &Arm, x: &[f64; 4], d: &[f64; 2]) -> ([f64; 2], State) {
+        let [_, _, a1, a2] = arm.deflected_derivative(x, *d);
+        let links = Rigid::state(x);
+        let qm = [links.q[0] + d[0], links.q[1] + d[1]];
+        (arm.holding_torque([a1, a2], links.dq, *d), State { qm, ..links })
     }
 }
 
-/// Torques that are held over each row; `torque` gives those of a row in the state at its instant.
+/// Which equations a drive asks of an arm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Equations {
+    Flexible,
+    Rigid,
+    Deflected,
+}
+
+impl Equations {
+    pub fn of(arm: &Arm, drive: &Drive) -> Self {
+        match (drive, arm.model()) {
+            (Drive::Deflection(_), _) => Equations::Deflected,
+            (_, JointKind::Rigid) => Equations::Rigid,
+            _ => Equations::Flexible,
+        }
+    }
+}
+
+/// What is held from row `k` on, in the state `x` at its instant.
+pub(super) fn held_input<const N: usize, E: EquationsOfMotion<N>>(
+    arm: &Arm,
+    drive: &Drive,
+    initial: &State,
+    k: usize,
+    x: &[f64; N],
+) -> [f64; 2] {
+    match drive {
+        Drive::Held(torque) => [torque[0][k], torque[1][k]],
+        Drive::Servo { reference, gains } => {
+            let at = E::state(x);
+            [0, 1].map(|i| gains[i][0] * (reference[i][k] - at.qm[i]) - gains[i][1] * at.dqm[i])
+        }
+        Drive::Deflection(deflection) => [0, 1].map(|i| match arm.free()[i] {
+            true => deflection[i][k],
+            false => initial.qm[i] - initial.q[i],
+        }),
+        // It is not held.
+        Drive::Torque(_) => [0.0; 2],
+    }
+}
+
+/// Checks the initial state of an arm, and the samples of its drive.
+pub(super) fn check(arm: &Arm, drive: &Drive, options: &SimulationOptions) -> Result<()> {
+    arm.check_initial(&options.initial)?;
+    let rows = options.sampling.rows();
+    match drive {
+        Drive::Held(torque) => check_samples(["tau1", "tau2"], torque, rows),
+        Drive::Servo { reference, .. } => check_samples(["r1", "r2"], reference, rows),
+        Drive::Torque(_) => Ok(()),
+        Drive::Deflection(deflection) => {
+            arm.check_deflection()?;
+            check_samples(["d1", "d2"], deflection, rows)
+        }
+    }
+}
+
+/// Samples that are held over each row.
 fn held<const N: usize, E: EquationsOfMotion<N>>(
-    equations: &E,
-    torque: impl Fn(usize, State) -> [f64; 2],
+    arm: &Arm,
+    drive: &Drive,
     options: &SimulationOptions,
     watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Rows> {
     let mut rows = Rows::default();
     run_held(
         &mut Dop853::new(0.0, E::vector(&options.initial), options.tolerances)?.with_speeds_from(N / 2),
-        |x, tau: &[f64; 2]| equations.derivative(x, *tau),
-        |k, x| torque(k, E::state(x)),
+        |x, u: &[f64; 2]| E::derivative(&arm.coefficients, x, u),
+        |k, x| held_input::<N, E>(arm, drive, &options.initial, k, x),
         &options.sampling,
-        &mut |_, x, tau| rows.push(*tau, E::state(x)),
+        &mut |_, x, u| rows.push(E::row(arm, x, u)),
         watch,
     )?;
     Ok(rows)
@@ -203,7 +259,7 @@ fn held<const N: usize, E: EquationsOfMotion<N>>(
 
 /// Torques that are a continuous function of the time.
 fn continuous<const N: usize, E: EquationsOfMotion<N>>(
-    equations: &E,
+    arm: &Arm,
     torque: &(dyn Fn(f64) -> [f64; 2] + Sync),
     options: &SimulationOptions,
     watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
@@ -211,42 +267,9 @@ fn continuous<const N: usize, E: EquationsOfMotion<N>>(
     let mut rows = Rows::default();
     run_continuous(
         &mut Dop853::new(0.0, E::vector(&options.initial), options.tolerances)?.with_speeds_from(N / 2),
-        |t, x| equations.derivative(x, torque(t)),
+        |t, x| E::derivative(&arm.coefficients, x, &torque(t)),
         &options.sampling,
-        &mut |k, x| rows.push(torque(options.sampling.instant(k)), E::state(x)),
-        watch,
-    )?;
-    Ok(rows)
-}
-
-/// Deflections that are held over each row. The links have the state of a rigid arm, and the motors follow them.
-fn deflected(
-    arm: &Arm,
-    deflection: &[&[f64]; 2],
-    options: &SimulationOptions,
-    watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<Rows> {
-    arm.check_deflection()?;
-    check_samples(["d1", "d2"], deflection, options.sampling.rows())?;
-    let initial = &options.initial;
-    let command = |k: usize| {
-        [0, 1].map(|i| match arm.free[i] {
-            true => deflection[i][k],
-            false => initial.qm[i] - initial.q[i],
-        })
-    };
-    let mut rows = Rows::default();
-    run_held(
-        &mut Dop853::new(0.0, Rigid::vector(initial), options.tolerances)?.with_speeds_from(2),
-        |x, d: &[f64; 2]| arm.deflected_derivative(x, *d),
-        |k, _| command(k),
-        &options.sampling,
-        &mut |_, x, d| {
-            let [_, _, a1, a2] = arm.deflected_derivative(x, *d);
-            let links = Rigid::state(x);
-            let qm = [links.q[0] + d[0], links.q[1] + d[1]];
-            rows.push(arm.holding_torque([a1, a2], links.dq, *d), State { qm, ..links });
-        },
+        &mut |k, x| rows.push(E::row(arm, x, &torque(options.sampling.instant(k)))),
         watch,
     )?;
     Ok(rows)
@@ -266,7 +289,7 @@ impl Arm {
                 if !value.is_finite() {
                     return Err(invalid("finite"));
                 }
-                if name.starts_with('d') && !self.free[i] && value != 0.0 {
+                if name.starts_with('d') && !self.free()[i] && value != 0.0 {
                     return Err(invalid("0, because the joint is locked"));
                 }
             }
@@ -308,18 +331,19 @@ fn check_samples(names: [&str; 2], samples: &[&[f64]; 2], rows: usize) -> Result
 
 /// The growing columns of the record, without the time.
 #[derive(Default)]
-struct Rows([Vec<f64>; 10]);
+pub(super) struct Rows([Vec<f64>; 10]);
 
 impl Rows {
     const NAMES: [&'static str; 10] = ["tau1", "tau2", "q1", "q2", "qm1", "qm2", "dq1", "dq2", "dqm1", "dqm2"];
 
-    fn push(&mut self, tau: [f64; 2], state: State) {
+    pub(super) fn push(&mut self, (tau, state): ([f64; 2], State)) {
         for (column, value) in self.0.iter_mut().zip(tau.into_iter().chain(state.to_array())) {
             column.push(value);
         }
     }
 
-    fn into_record(self, sampling: &Sampling, flexible: bool) -> Result<Record> {
+    pub(super) fn into_record(self, sampling: &Sampling, model: JointKind) -> Result<Record> {
+        let flexible = model != JointKind::Rigid;
         let t = (0..sampling.rows()).map(|k| sampling.instant(k)).collect();
         let columns = Self::NAMES.into_iter().zip(self.0);
         let kept = columns.filter(|(name, _)| flexible || !name.contains("qm"));

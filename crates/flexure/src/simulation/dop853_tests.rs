@@ -1,7 +1,7 @@
 //! The integrator against problems with known solutions.
 
 use super::*;
-use crate::error::SimulationError;
+use crate::error::{Error, IntegrationFailure, SimulationError};
 
 fn go_on(_: f64) -> ControlFlow<()> {
     ControlFlow::Continue(())

@@ -9,13 +9,17 @@
 //! | [`run_continuous`] | a plant whose input is a continuous function of time |
 //! | [`batch`] | independent jobs over all cores, the results in order |
 
+mod control;
 mod dop853;
 mod hold;
+mod lanes;
+mod step;
 mod tableau;
 mod tolerances;
 
 pub use crate::parallel::batch;
 pub use dop853::{Dop853, StateVector, Statistics};
 pub use hold::{Sampling, run_continuous, run_held};
+pub(crate) use lanes::{HeldLane, run_held_lanes};
 pub use tableau::{SOLUTION, STAGES};
 pub use tolerances::Tolerances;

@@ -188,7 +188,7 @@ impl DrivenChain {
         chain.bias(&mut data.chain, state.v);
         let (base_force, torques) = chain.split(tau);
         self.act(data, state, torques);
-        chain.articulate::<true>(&mut data.chain, &data.forces, &data.terms)?;
+        chain.articulate::<f64, true>(&mut data.chain, &data.forces, &data.terms)?;
         chain.accelerate(&mut data.chain, base_force, acceleration)?;
 
         let joints = self.drives.iter().enumerate().filter(|(_, d)| d.flexible);

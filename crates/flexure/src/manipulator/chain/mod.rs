@@ -3,9 +3,9 @@
 //! | to | call |
 //! |---|---|
 //! | describe a chain, and check it | [`ChainParameters`], [`Chain::new`] |
-//! | get accelerations from torques | [`Chain::forward_dynamics`] |
-//! | get torques from accelerations | [`Chain::inverse_dynamics`] |
-//! | get the inertia matrix | [`Chain::mass_matrix`] |
+//! | get accelerations from torques | [`Chain::forward_dynamics`], [`Chain::forward_dynamics_batch`] |
+//! | get torques from accelerations | [`Chain::inverse_dynamics`], [`Chain::inverse_dynamics_batch`] |
+//! | get the inertia matrix | [`Chain::mass_matrix`], [`Chain::mass_matrix_batch`] |
 //! | get the torques as linear in the links' inertias | [`Chain::regressor`], [`Chain::inertial_parameters`] |
 //! | get the derivatives of torques and accelerations | [`Chain::inverse_dynamics_derivatives`], [`Chain::forward_dynamics_derivatives`] |
 //! | get the vibrations about rest | [`DrivenChain::linearised`], [`LinearisedChain::modes`] |
@@ -50,6 +50,7 @@
 //! ```
 
 mod aba;
+mod batch;
 mod beam;
 mod crba;
 mod data;

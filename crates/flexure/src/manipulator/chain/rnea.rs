@@ -4,6 +4,7 @@ use super::data::{ChainData, length};
 use super::model::{Base, Chain};
 use super::spatial::{Inertia, Spatial};
 use crate::error::Result;
+use crate::number::Number;
 
 /// The energy of a chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,12 +49,27 @@ impl Chain {
         a: &[f64],
         tau: &mut [f64],
     ) -> Result<()> {
+        self.torques(data, q, v, a, tau)
+    }
+
+    /// [`Chain::inverse_dynamics`] of one state, or of several in lanes.
+    #[inline(always)]
+    pub(super) fn torques<T: Number>(
+        &self,
+        data: &mut ChainData<T>,
+        q: &[T],
+        v: &[T],
+        a: &[T],
+        tau: &mut [T],
+    ) -> Result<()> {
         length("tau", tau, self.velocities())?;
         let (v0, a0) = self.move_outward(data, q, v, a)?;
-        data.base.force = self.base_inertia.times(a0) + v0.cross_force(self.base_inertia.times(v0));
+        let base = self.base_inertia.like(v[0]);
+        data.base.force = base.times(a0) + v0.cross_force(base.times(v0));
         for (body, state) in self.bodies.iter().zip(&mut data.bodies) {
             let (v, a) = (state.velocity, state.acceleration);
-            state.force = body.inertia.times(a) + v.cross_force(body.inertia.times(v));
+            let inertia = body.inertia.like(v.linear.x);
+            state.force = inertia.times(a) + v.cross_force(inertia.times(v));
         }
         let first = self.first();
         for (i, body) in self.bodies.iter().enumerate().rev() {
@@ -72,22 +88,24 @@ impl Chain {
     }
 
     /// Outward: the velocities and the accelerations, against gravity, of all bodies; those of the base are returned.
-    pub(super) fn move_outward(
+    #[inline(always)]
+    pub(super) fn move_outward<T: Number>(
         &self,
-        data: &mut ChainData,
-        q: &[f64],
-        v: &[f64],
-        a: &[f64],
-    ) -> Result<(Spatial, Spatial)> {
+        data: &mut ChainData<T>,
+        q: &[T],
+        v: &[T],
+        a: &[T],
+    ) -> Result<(Spatial<T>, Spatial<T>)> {
         length("v", v, self.velocities())?;
         length("a", a, self.velocities())?;
         self.place(data, q)?;
         let ((v0, dq), (a0, ddq)) = (self.split(v), self.split(a));
         let a0 = a0 + self.lifted(data);
         for (i, (body, (&dq, &ddq))) in self.bodies.iter().zip(dq.iter().zip(ddq)).enumerate() {
-            let (pv, pa) = body
-                .parent
-                .map_or((v0, a0), |p| (data.bodies[p].velocity, data.bodies[p].acceleration));
+            let (pv, pa) = match body.parent {
+                Some(p) => (data.bodies[p].velocity, data.bodies[p].acceleration),
+                None => (v0, a0),
+            };
             let state = &mut data.bodies[i];
             let motion = body.motion(dq);
             let v = state.placement.motion_from_parent(pv) + motion;

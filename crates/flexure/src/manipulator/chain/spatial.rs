@@ -5,12 +5,13 @@
 use std::ops::{Add, AddAssign, Mul, Sub};
 
 use super::vector::{Mat3, Vec3};
+use crate::number::Number;
 
 /// A motion or a force: (linear, angular), or (force, moment).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Spatial {
-    pub linear: Vec3,
-    pub angular: Vec3,
+pub(super) struct Spatial<T = f64> {
+    pub linear: Vec3<T>,
+    pub angular: Vec3<T>,
 }
 
 impl Spatial {
@@ -19,27 +20,40 @@ impl Spatial {
         angular: Vec3::ZERO,
     };
 
+    /// The same one in every lane of a number.
     #[inline(always)]
-    pub fn from_slice(v: &[f64]) -> Self {
+    pub fn like<T: Number>(self, number: T) -> Spatial<T> {
+        Spatial {
+            linear: self.linear.like(number),
+            angular: self.angular.like(number),
+        }
+    }
+}
+
+impl<T: Number> Spatial<T> {
+    #[inline(always)]
+    pub fn from_slice(v: &[T]) -> Self {
         Spatial {
             linear: Vec3::from_slice(v),
             angular: Vec3::from_slice(&v[3..]),
         }
     }
 
-    pub fn to_array(self) -> [f64; 6] {
+    #[inline(always)]
+    pub fn to_array(self) -> [T; 6] {
         let (l, a) = (self.linear, self.angular);
         [l.x, l.y, l.z, a.x, a.y, a.z]
     }
 
     /// The power of a force on a motion, or of a motion on a force.
     #[inline(always)]
-    pub fn dot(self, o: Spatial) -> f64 {
+    pub fn dot(self, o: Spatial<T>) -> T {
         self.linear.dot(o.linear) + self.angular.dot(o.angular)
     }
 
     /// The same motion or force in axes turned by r.
-    pub fn turned(self, r: &Mat3) -> Spatial {
+    #[inline(always)]
+    pub fn turned(self, r: &Mat3<T>) -> Spatial<T> {
         Spatial {
             linear: *r * self.linear,
             angular: *r * self.angular,
@@ -48,7 +62,7 @@ impl Spatial {
 
     /// `v x m`: how a motion m fixed in a frame that moves with v changes (2.31).
     #[inline(always)]
-    pub fn cross_motion(self, m: Spatial) -> Spatial {
+    pub fn cross_motion(self, m: Spatial<T>) -> Spatial<T> {
         Spatial {
             linear: self.angular.cross(m.linear) + self.linear.cross(m.angular),
             angular: self.angular.cross(m.angular),
@@ -57,7 +71,7 @@ impl Spatial {
 
     /// `v x* f`: how a force f fixed in a frame that moves with v changes (2.32).
     #[inline(always)]
-    pub fn cross_force(self, f: Spatial) -> Spatial {
+    pub fn cross_force(self, f: Spatial<T>) -> Spatial<T> {
         Spatial {
             linear: self.angular.cross(f.linear),
             angular: self.angular.cross(f.angular) + self.linear.cross(f.linear),
@@ -65,10 +79,10 @@ impl Spatial {
     }
 }
 
-impl Add for Spatial {
-    type Output = Spatial;
+impl<T: Number> Add for Spatial<T> {
+    type Output = Spatial<T>;
     #[inline(always)]
-    fn add(self, o: Spatial) -> Spatial {
+    fn add(self, o: Spatial<T>) -> Spatial<T> {
         Spatial {
             linear: self.linear + o.linear,
             angular: self.angular + o.angular,
@@ -76,17 +90,17 @@ impl Add for Spatial {
     }
 }
 
-impl AddAssign for Spatial {
+impl<T: Number> AddAssign for Spatial<T> {
     #[inline(always)]
-    fn add_assign(&mut self, o: Spatial) {
+    fn add_assign(&mut self, o: Spatial<T>) {
         *self = *self + o;
     }
 }
 
-impl Sub for Spatial {
-    type Output = Spatial;
+impl<T: Number> Sub for Spatial<T> {
+    type Output = Spatial<T>;
     #[inline(always)]
-    fn sub(self, o: Spatial) -> Spatial {
+    fn sub(self, o: Spatial<T>) -> Spatial<T> {
         Spatial {
             linear: self.linear - o.linear,
             angular: self.angular - o.angular,
@@ -94,10 +108,10 @@ impl Sub for Spatial {
     }
 }
 
-impl Mul<f64> for Spatial {
-    type Output = Spatial;
+impl<T: Number> Mul<T> for Spatial<T> {
+    type Output = Spatial<T>;
     #[inline(always)]
-    fn mul(self, s: f64) -> Spatial {
+    fn mul(self, s: T) -> Spatial<T> {
         Spatial {
             linear: self.linear * s,
             angular: self.angular * s,
@@ -107,9 +121,9 @@ impl Mul<f64> for Spatial {
 
 /// Where a frame lies in its parent: `x_parent = rotation x + translation`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Placement {
-    pub rotation: Mat3,
-    pub translation: Vec3,
+pub(super) struct Placement<T = f64> {
+    pub rotation: Mat3<T>,
+    pub translation: Vec3<T>,
 }
 
 impl Default for Placement {
@@ -130,9 +144,20 @@ impl Placement {
         }
     }
 
+    /// The same placement in every lane of a number.
+    #[inline(always)]
+    pub fn like<T: Number>(&self, number: T) -> Placement<T> {
+        Placement {
+            rotation: self.rotation.like(number),
+            translation: self.translation.like(number),
+        }
+    }
+}
+
+impl<T: Number> Placement<T> {
     /// A frame in this one, in this one's parent.
     #[inline(always)]
-    pub fn then(&self, inner: &Placement) -> Placement {
+    pub fn then(&self, inner: &Placement<T>) -> Placement<T> {
         Placement {
             rotation: self.rotation * inner.rotation,
             translation: self.rotation * inner.translation + self.translation,
@@ -141,7 +166,7 @@ impl Placement {
 
     /// A motion of the parent's frame, in this frame.
     #[inline(always)]
-    pub fn motion_from_parent(&self, m: Spatial) -> Spatial {
+    pub fn motion_from_parent(&self, m: Spatial<T>) -> Spatial<T> {
         Spatial {
             linear: (self.rotation).transposed_times(m.linear - self.translation.cross(m.angular)),
             angular: self.rotation.transposed_times(m.angular),
@@ -150,7 +175,7 @@ impl Placement {
 
     /// A force in this frame, in the parent's.
     #[inline(always)]
-    pub fn force_to_parent(&self, f: Spatial) -> Spatial {
+    pub fn force_to_parent(&self, f: Spatial<T>) -> Spatial<T> {
         let linear = self.rotation * f.linear;
         Spatial {
             linear,
@@ -161,10 +186,10 @@ impl Placement {
 
 /// The inertia of a body about the origin of its frame (2.63): mass, first moment `m c`, second moments.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Inertia {
-    pub mass: f64,
-    pub first: Vec3,
-    pub second: Mat3,
+pub(super) struct Inertia<T = f64> {
+    pub mass: T,
+    pub first: Vec3<T>,
+    pub second: Mat3<T>,
 }
 
 impl Inertia {
@@ -183,9 +208,21 @@ impl Inertia {
         }
     }
 
+    /// The same inertia in every lane of a number.
+    #[inline(always)]
+    pub fn like<T: Number>(&self, number: T) -> Inertia<T> {
+        Inertia {
+            mass: number.filled(self.mass),
+            first: self.first.like(number),
+            second: self.second.like(number),
+        }
+    }
+}
+
+impl<T: Number> Inertia<T> {
     /// The momentum of a body that moves with v.
     #[inline(always)]
-    pub fn times(&self, v: Spatial) -> Spatial {
+    pub fn times(&self, v: Spatial<T>) -> Spatial<T> {
         Spatial {
             linear: v.linear * self.mass - self.first.cross(v.angular),
             angular: self.first.cross(v.linear) + self.second * v.angular,
@@ -194,7 +231,7 @@ impl Inertia {
 
     /// The same inertia in the frame in which this one lies at `p`.
     #[inline(always)]
-    pub fn in_parent(&self, p: &Placement) -> Inertia {
+    pub fn in_parent(&self, p: &Placement<T>) -> Inertia<T> {
         let (t, h) = (p.translation, p.rotation * self.first);
         let s = Mat3::cross(t);
         let shift = Mat3::cross(h) * s;
@@ -208,7 +245,7 @@ impl Inertia {
     }
 
     #[inline(always)]
-    pub fn plus(&self, o: &Inertia) -> Inertia {
+    pub fn plus(&self, o: &Inertia<T>) -> Inertia<T> {
         Inertia {
             mass: self.mass + o.mass,
             first: self.first + o.first,
@@ -219,24 +256,24 @@ impl Inertia {
 
 /// An articulated-body inertia (7.1): `[[linear, mixed], [mixed^T, angular]]`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Articulated {
-    pub linear: Mat3,
-    pub mixed: Mat3,
-    pub angular: Mat3,
+pub(super) struct Articulated<T = f64> {
+    pub linear: Mat3<T>,
+    pub mixed: Mat3<T>,
+    pub angular: Mat3<T>,
 }
 
-impl Articulated {
+impl<T: Number> Articulated<T> {
     #[inline(always)]
-    pub fn of(body: &Inertia) -> Self {
+    pub fn of(body: &Inertia<T>) -> Self {
         Articulated {
-            linear: Mat3::diagonal(body.mass),
+            linear: Mat3::scaled(body.mass),
             mixed: Mat3::cross(-body.first),
             angular: body.second,
         }
     }
 
     #[inline(always)]
-    pub fn times(&self, v: Spatial) -> Spatial {
+    pub fn times(&self, v: Spatial<T>) -> Spatial<T> {
         Spatial {
             linear: self.linear * v.linear + self.mixed * v.angular,
             angular: self.mixed.transposed_times(v.linear) + self.angular * v.angular,
@@ -245,12 +282,12 @@ impl Articulated {
 
     /// `I S` for a joint that slides along z, or turns about it.
     #[inline(always)]
-    pub fn column(&self, prismatic: bool) -> Spatial {
+    pub fn column(&self, prismatic: bool) -> Spatial<T> {
         if prismatic {
             let m = self.mixed;
             return Spatial {
                 linear: self.linear.z,
-                angular: Vec3::new(m.x.z, m.y.z, m.z.z),
+                angular: Vec3::from_slice(&[m.x.z, m.y.z, m.z.z]),
             };
         }
         Spatial {
@@ -261,7 +298,7 @@ impl Articulated {
 
     /// `I - u u^T s`: what is left of it beyond a joint that is free to move, where `1/s` is the joint's own mass.
     #[inline(always)]
-    pub fn without(&self, u: Spatial, s: f64) -> Self {
+    pub fn without(&self, u: Spatial<T>, s: T) -> Self {
         let w = u * s;
         Articulated {
             linear: self.linear - Mat3::outer(u.linear, w.linear),
@@ -272,7 +309,7 @@ impl Articulated {
 
     /// The same inertia in the frame in which this one lies at `p`, added to `total`.
     #[inline(always)]
-    pub fn add_to_parent(&self, p: &Placement, total: &mut Articulated) {
+    pub fn add_to_parent(&self, p: &Placement<T>, total: &mut Articulated<T>) {
         let s = Mat3::cross(p.translation);
         let linear = self.linear.rotated(&p.rotation);
         let turned = self.mixed.rotated(&p.rotation);
@@ -283,23 +320,29 @@ impl Articulated {
     }
 
     /// The motion a with `I a = f`, by Cholesky's factor; `None` where the inertia is not positive definite.
-    pub fn solve(&self, f: Spatial) -> Option<Spatial> {
+    #[inline(always)]
+    pub fn solve(&self, f: Spatial<T>) -> Option<Spatial<T>> {
         let (m, h, i) = (self.linear, self.mixed, self.angular);
-        let columns = |a: Mat3, b: Mat3| {
-            let join = |u: Vec3, v: Vec3| [u.x, u.y, u.z, v.x, v.y, v.z];
-            [join(a.x, b.x), join(a.y, b.y), join(a.z, b.z)]
-        };
-        let [c0, c1, c2] = columns(m, h.transpose());
-        let [c3, c4, c5] = columns(h, i);
-        let a = [c0, c1, c2, c3, c4, c5];
-        let (mut l, mut x) = ([[0.0; 6]; 6], f.to_array());
+        let t = h.transpose();
+        let mut a = [[m.x.x; 6]; 6];
+        for (row, (u, v)) in a
+            .iter_mut()
+            .zip([(m.x, t.x), (m.y, t.y), (m.z, t.z), (h.x, i.x), (h.y, i.y), (h.z, i.z)])
+        {
+            *row = Spatial { linear: u, angular: v }.to_array();
+        }
+        let zero = m.x.x.filled(0.0);
+        let (mut l, mut x) = ([[zero; 6]; 6], f.to_array());
         for j in 0..6 {
             for k in j..6 {
-                let rest: f64 = (0..j).map(|n| l[k][n] * l[j][n]).sum();
+                let mut rest = zero;
+                for n in 0..j {
+                    rest = rest + l[k][n] * l[j][n];
+                }
                 let value = a[j][k] - rest;
                 if k > j {
                     l[k][j] = value / l[j][j];
-                } else if value > 0.0 {
+                } else if value.is_positive() {
                     l[j][j] = value.sqrt();
                 } else {
                     return None;
@@ -307,11 +350,17 @@ impl Articulated {
             }
         }
         for k in 0..6 {
-            let rest: f64 = (0..k).map(|n| l[k][n] * x[n]).sum();
+            let mut rest = zero;
+            for n in 0..k {
+                rest = rest + l[k][n] * x[n];
+            }
             x[k] = (x[k] - rest) / l[k][k];
         }
         for k in (0..6).rev() {
-            let rest: f64 = (k + 1..6).map(|n| l[n][k] * x[n]).sum();
+            let mut rest = zero;
+            for n in k + 1..6 {
+                rest = rest + l[n][k] * x[n];
+            }
             x[k] = (x[k] - rest) / l[k][k];
         }
         Some(Spatial::from_slice(&x))
