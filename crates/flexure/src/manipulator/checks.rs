@@ -1,7 +1,8 @@
 //! Whether an arm is physical.
 
-use super::arm::{Arm, ArmParameters, JointKind, JointParameters, Parts};
+use super::arm::Arm;
 use super::chain::ChainDrive;
+use super::parameters::{ArmParameters, JointKind, JointParameters, Parts};
 use crate::error::{ArmError, Error, Result};
 
 /// Checks every value that the model uses against its range.
@@ -197,7 +198,7 @@ fn positive_definite(arm: &Arm, matrix: &'static str, mass: impl Fn(f64) -> [[f6
 
 #[cfg(test)]
 mod tests {
-    use super::super::arm::space_arm;
+    use super::super::parameters::space_arm;
     use super::*;
 
     fn message(change: impl Fn(&mut ArmParameters)) -> String {

@@ -1,8 +1,8 @@
 //! What the equations of motion know of an arm.
 
-use super::arm::{ArmParameters, JointKind};
 use super::joint::{Friction, Stiffness};
 use super::links::LinkDynamics;
+use super::parameters::{ArmParameters, JointKind};
 use crate::number::Number;
 
 /// The form of the equations of an arm; in lanes, all arms have the same.

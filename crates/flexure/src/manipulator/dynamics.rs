@@ -12,9 +12,10 @@
 //! and `S` has one element, so only `M11` and the first right-hand side change when the motors are eliminated.
 
 use super::State;
-use super::arm::{Arm, JointKind};
+use super::arm::Arm;
 use super::coefficients::Coefficients;
 use super::elementary;
+use super::parameters::JointKind;
 use crate::number::Number;
 
 /// The elastic and the friction torques of both joints.

@@ -39,13 +39,15 @@ mod joint;
 mod links;
 mod modal;
 mod noise;
+mod parameters;
 mod simulate;
 
-pub use arm::{Arm, ArmParameters, JointKind, JointParameters, Parts, space_arm};
+pub use arm::Arm;
 pub use batch::{ArmRun, simulate_batch};
 pub use joint::{Friction, Stiffness};
 pub use links::{Link, LinkDynamics};
 pub use noise::add_noise;
+pub use parameters::{ArmParameters, JointKind, JointParameters, Parts, space_arm};
 pub use simulate::{Drive, SimulationOptions, record_columns, simulate, simulate_watched};
 
 /// The state of an arm; all angles in rad, velocities in rad/s.

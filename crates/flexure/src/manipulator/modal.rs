@@ -9,7 +9,8 @@
 //!
 //! with \\(K = \mathrm{diag}\, \kappa'(d_i)\\).
 
-use super::arm::{Arm, JointKind};
+use super::arm::Arm;
+use super::parameters::JointKind;
 
 impl Arm {
     /// The circular frequencies in rad/s, increasing, of the small free vibrations without friction

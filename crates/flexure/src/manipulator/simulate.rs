@@ -2,8 +2,9 @@
 
 use std::ops::ControlFlow;
 
-use super::arm::{Arm, JointKind};
+use super::arm::Arm;
 use super::coefficients::Coefficients;
+use super::parameters::JointKind;
 use super::{State, checks};
 use crate::error::{ArmError, Error, Result};
 use crate::number::Number;

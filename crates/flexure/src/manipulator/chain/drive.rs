@@ -1,7 +1,7 @@
 //! The motor of one joint, and the torques of spring, damper and friction.
 
 use crate::error::{Error, Result};
-use crate::manipulator::arm::{JointKind, JointParameters};
+use crate::manipulator::parameters::{JointKind, JointParameters};
 use crate::manipulator::{Friction, Stiffness, elementary};
 
 /// The motor of a joint and what lies between it and the link. All values are seen from the link side; of a joint that slides they
