@@ -21,7 +21,7 @@ fn fixed_steps(n: usize) -> [f64; 2] {
     let mut x = [1.0, 0.3];
     for k in 0..n {
         let t = k as f64 * h;
-        x = step(&pair, t, &x, &pair(t, &x), h).x;
+        x = step(pair, t, &x, &pair(t, &x), h).x;
     }
     x
 }
@@ -49,12 +49,12 @@ fn weights_and_nodes_are_consistent() {
     // A step on x' = p(t) is exact for polynomials up to degree 7, for any stage weights.
     for degree in 0..=7 {
         let f = |t: f64, _: &[f64; 1]| [t.powi(degree)];
-        let x = step(&f, 0.0, &[0.0], &f(0.0, &[0.0]), 1.0).x[0];
+        let x = step(f, 0.0, &[0.0], &f(0.0, &[0.0]), 1.0).x[0];
         assert!((x - 1.0 / f64::from(degree + 1)).abs() < 1e-14, "degree {degree}: {x}");
     }
     // x' = x + t tells wrong nodes from wrong weights: row sums are the nodes.
     let f = |t: f64, x: &[f64; 1]| [x[0] + t];
-    let x = step(&f, 0.0, &[1.0], &f(0.0, &[1.0]), 0.1).x[0];
+    let x = step(f, 0.0, &[1.0], &f(0.0, &[1.0]), 0.1).x[0];
     assert!((x - (2.0 * 0.1_f64.exp() - 1.1)).abs() < 1e-15);
 }
 

@@ -15,6 +15,9 @@ use super::tolerances::Tolerances;
 use crate::error::{Error, Result, Stopped};
 use crate::number::{LANES, Lanes};
 
+/// What gets the number of a row, its state and its input.
+type RowSink<'a, const N: usize, const M: usize> = &'a mut dyn FnMut(usize, &[f64; N], &[f64; M]);
+
 /// A plant of `N` components that is run in a lane under `M` inputs, as by [`run_held`](super::run_held).
 pub(crate) struct HeldLane<'a, const N: usize, const M: usize> {
     pub initial: [f64; N],
@@ -23,7 +26,7 @@ pub(crate) struct HeldLane<'a, const N: usize, const M: usize> {
     /// The input that is held from an instant on.
     pub input: &'a dyn Fn(usize, &[f64; N]) -> [f64; M],
     /// Gets the state at every instant, and that input.
-    pub row: &'a mut dyn FnMut(usize, &[f64; N], &[f64; M]),
+    pub row: RowSink<'a, N, M>,
     pub watch: &'a mut dyn FnMut(f64) -> ControlFlow<()>,
 }
 

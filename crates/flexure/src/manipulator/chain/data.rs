@@ -192,8 +192,8 @@ impl Body {
 fn free_placement<T: Number>(q: &[T]) -> Result<Placement<T>> {
     let (x, y, z, w) = (q[3], q[4], q[5], q[6]);
     let square = x * x + y * y + z * z + w * w;
-    // The difference is not zero but NaN where the square is infinite.
-    if !(square.is_positive() && ((square - square) + 1.0).is_positive()) {
+    // One by infinity is zero.
+    if !(square.is_positive() && (square.filled(1.0) / square).is_positive()) {
         let name = "the squared length of the quaternion q[3..7]";
         return Err(Error::parameter(name, square.first(), "positive and finite"));
     }
