@@ -76,7 +76,7 @@ impl Streamed<'_> {
     /// # Errors
     /// For samples that are missing, not finite, or not at uniform instants, with their row; as [`ShardedHammerstein::new`].
     pub fn identify(&self, path: &Path, task: &Task, stage: &dyn Fn(&str)) -> Result<(RecordFile, Identified)> {
-        let HammersteinMethod::Refined(method) = task.options.hammerstein.clone() else {
+        let HammersteinMethod::Refined(method) = task.options.hammerstein else {
             anyhow::bail!("only the refined method can read a record in parts");
         };
         let signals = ParquetParts::open(path, &[self.input, self.output])?;

@@ -147,7 +147,7 @@ impl Moving<'_> {
         let slopes = stiffness.slopes(&deflection.d);
         let of_velocity = |v: &[f64]| {
             let torque: Vec<f64> = slopes.iter().zip(v).map(|(slope, v)| -slope * v).collect();
-            self.rests.without(*modulation, &modulation.of(&torque), &torque)
+            self.rests.without(modulation, &modulation.of(&torque), &torque)
         };
         let ([motor, _], [_, link]) = (of_velocity(v), of_velocity(v_motor));
         vec![Some(motor), Some(link)]
@@ -165,7 +165,7 @@ impl Moving<'_> {
         let rate: Vec<f64> = v_motor.iter().zip(v).map(|(m, q)| m - q).collect();
         let of_bodies = self
             .rests
-            .without(*modulation, &modulation.of_rate(&deflection.d), &rate);
+            .without(modulation, &modulation.of_rate(&deflection.d), &rate);
         (vec![rate], vec![of_bodies.map(Some).into()])
     }
 }
