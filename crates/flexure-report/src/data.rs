@@ -76,7 +76,7 @@ pub struct Verdict {
     pub headline: String,
     /// Whether the residual tests found nothing against the model.
     pub holds: bool,
-    /// The answer in a sentence or two, naming the test that refutes the model if one does.
+    /// The answer in a sentence or two, naming the test that refutes the model if one does. A line is a paragraph.
     pub text: String,
     /// The evidence for it in short lines, folded away below the text.
     pub details: Vec<String>,

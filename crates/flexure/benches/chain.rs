@@ -6,7 +6,10 @@ use std::fmt::Write;
 use std::hint::black_box;
 use std::time::Instant;
 
-use flexure::manipulator::chain::{Base, Chain, ChainParameters, ChainPreset, LinkInertia};
+use flexure::manipulator::chain::{
+    Base, Chain, ChainDrive, ChainParameters, ChainPreset, DrivenChain, DrivenState, LinkInertia, RotorCoupling,
+};
+use flexure::manipulator::{JointKind, space_arm};
 
 /// The least time of a call over several runs, microseconds.
 fn microseconds(mut call: impl FnMut(usize)) -> f64 {
@@ -62,9 +65,89 @@ fn urdf(chain: &ChainParameters) -> Result<String, std::fmt::Error> {
     Ok(text)
 }
 
+/// States that a call takes in turn, or together.
+const STATES: usize = 64;
+
+/// Positions, velocities and torques, state by state.
+fn states(chain: &Chain) -> Vec<[Vec<f64>; 3]> {
+    let wave = |n: usize, k: usize, phase: f64| (0..n).map(|i| (phase + k as f64 + 1.7 * i as f64).sin()).collect();
+    let (positions, n) = (chain.positions(), chain.velocities());
+    let state = |k| [wave(positions, k, 0.1), wave(n, k, 1.1), wave(n, k, 2.1)];
+    (0..STATES).map(state).collect()
+}
+
+/// The times of forward and inverse dynamics and of the inertia matrix, one state a call.
+fn one_by_one(chain: &Chain, states: &[[Vec<f64>; 3]]) -> [f64; 3] {
+    let (mut data, n) = (chain.data(), chain.velocities());
+    let (mut result, mut matrix) = (vec![0.0; n], vec![0.0; n * n]);
+    let forward = microseconds(|k| {
+        let [q, v, tau] = &states[k % STATES];
+        black_box(chain.forward_dynamics(&mut data, q, v, tau, black_box(&mut result))).is_ok();
+    });
+    let inverse = microseconds(|k| {
+        let [q, v, a] = &states[k % STATES];
+        black_box(chain.inverse_dynamics(&mut data, q, v, a, black_box(&mut result))).is_ok();
+    });
+    let inertia = microseconds(|k| {
+        black_box(chain.mass_matrix(&mut data, &states[k % STATES][0], black_box(&mut matrix))).is_ok();
+    });
+    [forward, inverse, inertia]
+}
+
+/// The same for each of all states in one call.
+fn together(chain: &Chain, states: &[[Vec<f64>; 3]]) -> [f64; 3] {
+    let n = chain.velocities();
+    let [q, v, tau] = [0, 1, 2].map(|k| states.iter().flat_map(|state| state[k].clone()).collect::<Vec<f64>>());
+    let (mut results, mut matrices) = (vec![0.0; v.len()], vec![0.0; n * v.len()]);
+    let each = |call: &mut dyn FnMut() -> flexure::Result<()>| {
+        microseconds(|k| {
+            if k % STATES == 0 {
+                black_box(call()).is_ok();
+            }
+        })
+    };
+    [
+        each(&mut || chain.forward_dynamics_batch(&q, &v, &tau, black_box(&mut results))),
+        each(&mut || chain.inverse_dynamics_batch(&q, &v, &tau, black_box(&mut results))),
+        each(&mut || chain.mass_matrix_batch(&q, black_box(&mut matrices))),
+    ]
+}
+
+/// The time of forward dynamics with the nonlinear flexible joints and the friction of the space arm, one state a call.
+fn driven(chain: &Chain, states: &[[Vec<f64>; 3]]) -> flexure::Result<f64> {
+    let drive = ChainDrive {
+        kind: JointKind::Nonlinear,
+        joint: space_arm(JointKind::Nonlinear).joints[0],
+        ..ChainDrive::default()
+    };
+    let joints = chain.joints().len();
+    let driven = DrivenChain::new(chain.clone(), &vec![drive; joints], RotorCoupling::default())?;
+    let mut data = driven.data();
+    let (mut acceleration, mut of_motors) = (vec![0.0; chain.velocities()], vec![0.0; joints]);
+    // The springs are wound up by some hundredths of a radian.
+    let wound = |[q, _, tau]: &[Vec<f64>; 3]| -> Vec<f64> {
+        let joints = q[q.len() - joints..].iter().zip(&tau[tau.len() - joints..]);
+        joints.map(|(q, tau)| q + 0.03 * tau).collect()
+    };
+    let motors: Vec<Vec<f64>> = states.iter().map(wound).collect();
+    Ok(microseconds(|k| {
+        let [q, v, tau] = &states[k % STATES];
+        let state = DrivenState {
+            q,
+            v,
+            motor_q: &motors[k % STATES],
+            motor_v: &tau[tau.len() - joints..],
+        };
+        let done = driven.accelerations(&mut data, &state, tau, black_box(&mut acceleration), &mut of_motors);
+        black_box(done).is_ok();
+    }))
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = std::env::args().nth(1).filter(|a| !a.starts_with('-'));
-    println!("microseconds            forward  inverse  inertia matrix  the same of many states, each");
+    println!(
+        "microseconds            forward  inverse  inertia matrix  the same of many states, each   forward with flexible joints"
+    );
     let [space_arm, _, six, seven] = ChainPreset::ALL.map(ChainPreset::parameters);
     let mut two = space_arm;
     (two.base, two.base_inertia) = (Base::Fixed, None);
@@ -80,62 +163,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             std::fs::write(format!("{folder}/{name}.urdf"), urdf(&parameters)?)?;
         }
         let chain = Chain::new(&parameters)?;
-        let (mut data, n) = (chain.data(), chain.velocities());
-        let wave = |k: usize, phase: f64| move |i: usize| (phase + k as f64 + 1.7 * i as f64).sin();
-        let states: Vec<[Vec<f64>; 3]> = (0..64)
-            .map(|k| {
-                let q: Vec<f64> = (0..chain.positions()).map(wave(k, 0.1)).collect();
-                [
-                    q,
-                    (0..n).map(wave(k, 1.1)).collect(),
-                    (0..n).map(wave(k, 2.1)).collect(),
-                ]
-            })
-            .collect();
-        let (mut result, mut matrix) = (vec![0.0; n], vec![0.0; n * n]);
-        let forward = microseconds(|k| {
-            let [q, v, tau] = &states[k % 64];
-            black_box(
-                chain
-                    .forward_dynamics(&mut data, q, v, tau, black_box(&mut result))
-                    .is_ok(),
-            );
-        });
-        let inverse = microseconds(|k| {
-            let [q, v, a] = &states[k % 64];
-            black_box(
-                chain
-                    .inverse_dynamics(&mut data, q, v, a, black_box(&mut result))
-                    .is_ok(),
-            );
-        });
-        let inertia = microseconds(|k| {
-            black_box(
-                chain
-                    .mass_matrix(&mut data, &states[k % 64][0], black_box(&mut matrix))
-                    .is_ok(),
-            );
-        });
-        let [q, v, tau] = [0, 1, 2].map(|k| states.iter().flat_map(|state| state[k].clone()).collect::<Vec<f64>>());
-        let mut results = vec![0.0; v.len()];
-        let mut many = |call: &dyn Fn(&mut [f64]) -> flexure::Result<()>| {
-            // A call for all 64 states.
-            microseconds(|k| {
-                if k % 64 == 0 {
-                    black_box(call(black_box(&mut results)).is_ok());
-                }
-            })
-        };
-        let forwards = many(&|results| chain.forward_dynamics_batch(&q, &v, &tau, results));
-        let inverses = many(&|results| chain.inverse_dynamics_batch(&q, &v, &tau, results));
-        let mut matrices = vec![0.0; n * v.len()];
-        let inertias = microseconds(|k| {
-            if k % 64 == 0 {
-                black_box(chain.mass_matrix_batch(&q, black_box(&mut matrices)).is_ok());
-            }
-        });
+        let states = states(&chain);
+        let [forward, inverse, inertia] = one_by_one(&chain, &states);
+        let [forwards, inverses, inertias] = together(&chain, &states);
+        let flexible = driven(&chain, &states)?;
         println!(
-            "{name:<20} {forward:>10.3} {inverse:>8.3} {inertia:>8.3} {forwards:>12.3} {inverses:>8.3} {inertias:>8.3}"
+            "{name:<20} {forward:>10.3} {inverse:>8.3} {inertia:>8.3} {forwards:>12.3} {inverses:>8.3} {inertias:>8.3} {flexible:>12.3}"
         );
     }
     Ok(())

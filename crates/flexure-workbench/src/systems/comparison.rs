@@ -145,7 +145,7 @@ pub fn show_on(comparison: &StructureComparison, page: &mut Page) {
         .into_iter()
         .chain(reservation(comparison));
     let sentences: Vec<String> = first.chain([std::mem::take(&mut page.verdict.text)]).collect();
-    page.verdict.text = sentences.join(" ");
+    page.verdict.text = sentences.join("\n");
     page.candidates.insert(0, table(comparison));
 }
 
