@@ -25,7 +25,7 @@ pub fn memory(record: &Path, reading: &Reading, known: &[&str], least: u64) -> R
             "--stream reads Parquet files as they are; leave out --{option}"
         )));
     }
-    let memory = reading.memory().unwrap_or_else(usual_memory);
+    let memory = reading.memory().unwrap_or_else(|| usual_memory().max(least));
     if memory < least {
         let least = least >> 20;
         return Err(Usage(format!("--memory: --stream takes {least}MiB or more")));

@@ -59,9 +59,17 @@ pub(crate) fn quietly<T>(work: impl FnOnce() -> T + panic::UnwindSafe) -> thread
             }
         }));
     });
-    CAUGHT.set(true);
+    let before = CAUGHT.replace(true);
     let result = panic::catch_unwind(work);
-    CAUGHT.set(false);
+    CAUGHT.set(before);
+    result
+}
+
+/// Runs work within [`quietly`] whose panics are its own.
+fn aloud<T>(work: impl FnOnce() -> T) -> thread::Result<T> {
+    let before = CAUGHT.replace(false);
+    let result = panic::catch_unwind(AssertUnwindSafe(work));
+    CAUGHT.set(before);
     result
 }
 

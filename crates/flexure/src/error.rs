@@ -275,6 +275,15 @@ pub enum DataError {
     /// Excerpts of a record from which no system in shards can start.
     #[error("the excerpts show no Hammerstein system that can be refined; take more samples for them")]
     NotRefined,
+    /// A system whose record cannot be cut into shards.
+    #[error(
+        "the system's response lasts for more than {most} samples, too many for a record in parts; resample the record more slowly, or \
+         identify it in memory"
+    )]
+    TooSlowForParts {
+        /// The most samples that a part is given of those before it.
+        most: usize,
+    },
     /// Bytes from which partial sums cannot be read.
     #[error("these are no partial sums: {reason}; make them again, with this version")]
     NotSums {

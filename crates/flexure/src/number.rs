@@ -135,7 +135,7 @@ impl Number for f64 {
         let turns = self.to_bits();
         let (sin, cos) = if turns & 1 == 0 { (sin, cos) } else { (cos, sin) };
         let signed = |x: f64, turns: u64| f64::from_bits(x.to_bits() ^ ((turns & 2) << 62));
-        (signed(sin, turns), signed(cos, turns + 1))
+        (signed(sin, turns), signed(cos, turns.wrapping_add(1)))
     }
 
     #[inline(always)]

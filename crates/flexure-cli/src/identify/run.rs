@@ -127,6 +127,7 @@ impl Made<'_> {
 fn next_command(arguments: &Arguments, identified: &Identified, is_default: bool) -> Option<String> {
     let verdict = &identified.result.verdict;
     match &arguments.model {
+        _ if identified.in_parts.is_some() && !verdict.holds() => None,
         _ if verdict.hidden_by.is_some() && !arguments.robust => Some(format!("{} --robust", this_command())),
         _ if !verdict.holds() && is_default => Some(format!("{} --structure auto", this_command())),
         Some(model) if verdict.holds() || identified.result.comparison.is_some() => {

@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 use flexure::identify::{HAMMERSTEIN, HammersteinMethod};
+use flexure::text::shown_path;
 use flexure_io::ParquetParts;
 use flexure_workbench::systems::{Streamed, SystemColumns};
 
@@ -10,6 +11,7 @@ use super::run::Made;
 use crate::arguments::Usage;
 use crate::columns::Connected;
 use crate::files::prepare;
+use crate::output::print_note;
 use crate::progress::{spinning, spinning_through};
 use crate::streamed;
 
@@ -32,7 +34,8 @@ fn check(arguments: &Arguments) -> Result<(), Usage> {
 
 /// Extends the error of a record that is too large: it names the option that reads the record in parts.
 pub fn with_stream(error: anyhow::Error, arguments: &Arguments) -> anyhow::Error {
-    streamed::with_stream(error, &arguments.records[0], check(arguments).is_ok())
+    let can = !arguments.robust && !arguments.missing && arguments.arm.is_none() && check(arguments).is_ok();
+    streamed::with_stream(error, &arguments.records[0], can)
 }
 
 /// Runs the command with --stream.
@@ -52,10 +55,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     )?;
     let inputs = connected.inputs();
     let signals = connected.all();
+    if !head.notes.is_empty() {
+        print_note(&format!("note: {}: {}", shown_path(path), head.notes.join("; ")));
+    }
+    let instants = reading.instants(&head, &signals)?;
     let streamed = Streamed {
         input: inputs[0],
         output: &connected.output,
-        time: reading.instants(&head, &signals)?.map(|(name, _)| name),
+        time: instants.map(|(name, _)| name),
+        time_unit: instants.map_or(1.0, |(_, unit)| unit),
         sample_time: reading.sample_time(&head, arguments.sample_time, &signals)?,
         memory,
     };
@@ -68,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             inputs: &inputs,
             output: &connected.output,
         },
-        sample_time: streamed.sample_time,
+        sample_time: identified.sample_time,
         experiments: 1,
         identified,
     }

@@ -11,7 +11,7 @@ use parquet::column::reader::ColumnReader;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 
-use super::{Appended, CONTRADICTORY, Kind, check_ends, content, damaged, next, quietly};
+use super::{Appended, CONTRADICTORY, Kind, aloud, check_ends, content, damaged, next, quietly};
 use crate::error::{Error, Result};
 use crate::record_file::{Other, RecordFile};
 use crate::units::split_units;
@@ -190,6 +190,14 @@ impl ParquetParts {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn read_rows(&self, rows: Range<u64>, each: &mut TakeRows) -> Result<()> {
+        // A panic of `each`, or that work is asked to stop, is not the file's fault.
+        let mut leaving = None;
+        let mut each = |row: u64, columns: &[Vec<f64>]| {
+            aloud(|| each(row, columns)).unwrap_or_else(|panic| {
+                leaving = Some(panic);
+                Err(damaged(&self.path, CONTRADICTORY))
+            })
+        };
         let read = || {
             // Opens the file again: several parts may be read at once, and copies of a handle share one position.
             let file = File::open(&self.path).map_err(|cause| Error::read(&self.path, cause))?;
@@ -198,16 +206,15 @@ impl ParquetParts {
                 let own = self.rows_in(part);
                 let wanted = rows.start.max(own.start)..rows.end.min(own.end);
                 if !wanted.is_empty() {
-                    self.read_checked(&reader, part, wanted, each)?;
+                    self.read_checked(&reader, part, wanted, &mut each)?;
                 }
             }
             Ok(())
         };
-        match quietly(AssertUnwindSafe(read)) {
-            Ok(result) => result,
-            Err(panic) if panic.is::<&str>() || panic.is::<String>() => Err(damaged(&self.path, CONTRADICTORY)),
-            // Work that is asked to stop unwinds in this way.
-            Err(leaving) => resume_unwind(leaving),
+        let result = quietly(AssertUnwindSafe(read)).unwrap_or_else(|_| Err(damaged(&self.path, CONTRADICTORY)));
+        match leaving {
+            Some(panic) => resume_unwind(panic),
+            None => result,
         }
     }
 

@@ -15,6 +15,8 @@ const ROUNDING: f64 = 1e-14;
 const LONGEST_SETTLING: usize = 100_000;
 /// The share of the response to older samples that may remain at the start of a piece: less than rounding.
 const SETTLED: f64 = 1e-18;
+/// The share of the response to older samples that may be missing in a part of a record.
+const LEFT_OF_PARTS: f64 = 1e-10;
 /// The shortest piece, in samples and in settling times, so that the part simulated twice is comparatively short: convention.
 const SHORTEST_PIECE: usize = 1 << 15;
 const LEAST_OF_SETTLING: usize = 8;
@@ -189,6 +191,14 @@ impl TransferFunction {
         2 * self.settling(SETTLED)
     }
 
+    /// Whether the response to samples that are older than [`forgotten`](Self::forgotten) is more than what sums over parts of a record may
+    /// differ by.
+    pub(crate) fn outlasts(&self) -> bool {
+        let samples = self.forgotten() as f64;
+        let is_left = |poles: Vec<Complex<f64>>| poles.iter().any(|pole| pole.norm().powf(samples) > LEFT_OF_PARTS);
+        self.poles().is_none_or(is_left)
+    }
+
     /// Transposed direct form II; `state` carries over between calls.
     fn run(&self, input: &[f64], state: &mut [f64]) -> Vec<f64> {
         let order = state.len() - 1;
@@ -338,6 +348,14 @@ mod tests {
             0.9_f64.powi(n as i32) <= 0.01 && 0.9_f64.powi(n as i32 - 1) > 0.01,
             "{n}"
         );
+    }
+
+    #[test]
+    fn a_slow_response_outlasts_what_parts_are_given() {
+        let one_pole = |pole: f64| TransferFunction::new(vec![1.0], vec![1.0, -pole]).unwrap();
+        // Of 200,000 samples, 1e-87, 1e-10.9, 1e-9.7 and all is left.
+        let outlasts = [0.999, 0.999_875, 0.999_888, 1.0].map(|pole| one_pole(pole).outlasts());
+        assert_eq!(outlasts, [false, false, true, true]);
     }
 
     #[test]

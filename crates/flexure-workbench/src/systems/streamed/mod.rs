@@ -16,17 +16,19 @@ use super::task::{Identified, Task};
 use crate::text::grouped;
 
 /// Samples of the excerpts that show order, delay and breakpoints, and of the record's end that is kept in memory.
-const EXCERPTS: u64 = 1_000_000;
+const EXCERPT_SAMPLES: u64 = 1_000_000;
 /// The number of excerpts, spread evenly.
-const SPREAD: u64 = 10;
+const EXCERPT_COUNT: u64 = 10;
 /// The samples that are added up at once.
 const SHARD: u64 = 1 << 18;
-/// The shards that one thread reads one after the other, so that it seldom reads samples only for their memory.
+/// The shards that one thread reads one after the other, so that it seldom reads samples only for the state that they leave behind.
 const IN_A_ROW: u64 = 4;
 /// The memory of a thread, bytes: samples, the derivatives of their errors and unpacked pages. Measured: below 20 MB.
 const OF_THREAD: u64 = 32 << 20;
 /// The memory of the excerpts and their fit, bytes. Measured: 160 MB.
 const OF_EXCERPTS: u64 = 192 << 20;
+/// Relative difference of two sample times that count as the same.
+const SAME_STEP: f64 = 1e-6;
 /// The excerpts are not judged, so that the least share is kept.
 const LEAST_FRESH: f64 = 0.05;
 
@@ -38,7 +40,9 @@ pub struct Streamed<'a> {
     pub output: &'a str,
     /// The column of the sample instants, which are checked in the whole record.
     pub time: Option<&'a str>,
-    /// In s, where it is known.
+    /// How long a unit of the instants is, s.
+    pub time_unit: f64,
+    /// The sample time by the first rows or by the user, s, where it is known.
     pub sample_time: Option<f64>,
     /// The memory for the computation, bytes; at least [`LEAST_MEMORY`](Self::LEAST_MEMORY).
     pub memory: u64,
@@ -85,15 +89,14 @@ impl Streamed<'_> {
         let mut names = vec![self.input, self.output];
         names.extend(self.time);
         let timed = ParquetParts::open(path, &names)?;
-        let survey = Survey::new(&timed, &names, path)?;
-
         let rows = signals.rows();
-        let end = timed.excerpt(rows.saturating_sub(EXCERPTS)..rows)?;
-        let fresh = (task.options.fresh_share * end.record.len() as f64).round() as u64;
-        let fitted = rows.saturating_sub(fresh);
+        let kept = (task.options.fresh_share * rows.min(EXCERPT_SAMPLES) as f64).round() as u64;
+        let fitted = rows.saturating_sub(kept);
+        let survey = Survey::new((&timed, path), &names, (&runs(rows), self.at_once()), fitted)?;
+        let end = timed.excerpt(rows.saturating_sub(EXCERPT_SAMPLES)..rows)?;
         stage("structure");
         let read = |range: &Range<u64>| Ok(signals.excerpt(range.clone())?.record);
-        let excerpts: Vec<Record> = excerpts(fitted, survey.extremes)
+        let excerpts: Vec<Record> = excerpts(fitted, &survey.extremes)
             .iter()
             .map(read)
             .collect::<Result<_>>()?;
@@ -117,7 +120,7 @@ impl Streamed<'_> {
         let records = [&end.record];
         let request = Request::new(&records, &inputs, self.output, task.options.clone());
         let result = found.identification(&request).map_err(located)?;
-        let mut identified = task.identified(&end, &request, self.sample_time, result)?;
+        let mut identified = task.identified(&end, &request, self.step(survey.step), result)?;
         identified.records = vec![survey.mark];
         identified.in_parts = Some(Fitted {
             samples: fitted as usize,
@@ -126,24 +129,27 @@ impl Streamed<'_> {
         Ok((end, identified))
     }
 
+    /// The runs that are read at once: each takes the memory of a thread.
+    fn at_once(&self) -> usize {
+        let runs = self.memory.saturating_sub(OF_EXCERPTS) / OF_THREAD;
+        usize::try_from(runs).unwrap_or(usize::MAX).max(1)
+    }
+
+    /// The sample time, s: of the whole record, where its first rows are not the same to a millionth.
+    fn step(&self, whole: Option<f64>) -> Option<f64> {
+        let whole = whole.map(|step| step * self.time_unit);
+        match (self.sample_time, whole) {
+            (Some(first), Some(whole)) if (whole / first - 1.0).abs() > SAME_STEP => Some(whole),
+            (first, _) => first,
+        }
+    }
+
     /// The sums over the first `fitted` samples.
     fn sums(&self, signals: &ParquetParts, point: &ShardPoint, fitted: u64) -> Result<ShardSums> {
-        let length = SHARD * IN_A_ROW;
-        let runs: Vec<Range<u64>> = (0..fitted.div_ceil(length))
-            .map(|k| k * length..fitted.min((k + 1) * length))
-            .collect();
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        let at_once = usize::try_from(self.memory.saturating_sub(OF_EXCERPTS) / OF_THREAD).unwrap_or(cores);
-        // All at once, unless the memory allows fewer than there are threads.
-        let at_once = if at_once >= cores { runs.len() } else { at_once };
         let mut all: Option<ShardSums> = None;
-        for some in runs.chunks(at_once.max(1)) {
+        for some in runs(fitted).chunks(self.at_once()) {
             for sums in batch(some, |rows| sums_over(signals, point, rows.clone(), fitted)) {
-                let sums = sums?;
-                match &mut all {
-                    None => all = Some(sums),
-                    Some(all) => all.merge(&sums).map_err(|error| signals.locate(error))?,
-                }
+                add(&mut all, sums?).map_err(|error| signals.locate(error))?;
             }
         }
         match all {
@@ -153,27 +159,51 @@ impl Streamed<'_> {
     }
 }
 
+/// The rows that a thread reads one after the other.
+fn runs(rows: u64) -> Vec<Range<u64>> {
+    let length = SHARD * IN_A_ROW;
+    (0..rows.div_ceil(length))
+        .map(|k| k * length..rows.min((k + 1) * length))
+        .collect()
+}
+
+fn add(all: &mut Option<ShardSums>, sums: ShardSums) -> flexure::Result<()> {
+    match all {
+        None => *all = Some(sums),
+        Some(all) => all.merge(&sums)?,
+    }
+    Ok(())
+}
+
 /// The excerpts of the first `fitted` rows.
-fn excerpts(fitted: u64, extremes: [u64; 2]) -> Vec<Range<u64>> {
-    if fitted <= EXCERPTS {
+fn excerpts(fitted: u64, extremes: &[u64]) -> Vec<Range<u64>> {
+    if fitted <= EXCERPT_SAMPLES {
         return std::iter::once(0..fitted).collect();
     }
-    let size = EXCERPTS / SPREAD;
+    let size = EXCERPT_SAMPLES / EXCERPT_COUNT;
     let last = fitted - size;
-    let mut found: Vec<Range<u64>> = (0..SPREAD)
+    let mut found: Vec<Range<u64>> = (0..EXCERPT_COUNT)
         .map(|k| {
-            let start = (u128::from(last) * u128::from(k) / u128::from(SPREAD - 1)) as u64;
+            let start = (u128::from(last) * u128::from(k) / u128::from(EXCERPT_COUNT - 1)) as u64;
             start..start + size
         })
         .collect();
     for row in extremes {
-        if !found.iter().any(|range| range.contains(&row)) {
+        if !found.iter().any(|range| range.contains(row)) {
             let start = row.saturating_sub(size / 2).min(last);
             found.push(start..start + size);
         }
     }
     found.sort_by_key(|range| range.start);
-    found
+    // No sample counts twice.
+    let mut apart: Vec<Range<u64>> = Vec::new();
+    for range in found {
+        match apart.last_mut() {
+            Some(before) if range.start <= before.end => before.end = before.end.max(range.end),
+            _ => apart.push(range),
+        }
+    }
+    apart
 }
 
 /// The sums over some rows of a record of which `length` samples are fitted.
@@ -199,11 +229,8 @@ fn sums_over(
             }
             let before = (next - first) as usize;
             let sums = point.sums(&u[..held], &y[..held], first as usize, before, length as usize);
-            let sums = sums.map_err(|error| signals.locate(error))?;
-            match &mut all {
-                None => all = Some(sums),
-                Some(all) => all.merge(&sums).map_err(|error| signals.locate(error))?,
-            }
+            sums.and_then(|sums| add(&mut all, sums))
+                .map_err(|error| signals.locate(error))?;
             let passed = held - (reach as usize).min(held);
             u.drain(..passed);
             y.drain(..passed);

@@ -131,7 +131,7 @@ impl ShardedHammerstein {
     ///
     /// # Errors
     /// Those of [`RefinedHammerstein::identify_experiments`]; [`Error::Parameter`] for a form; [`Error::Data`]:
-    /// `NotRefined` where the excerpts show no such system.
+    /// `NotRefined` where the excerpts show no such system, `TooSlowForParts` for one that remembers more samples than a shard is given.
     pub fn new(method: RefinedHammerstein, excerpts: &[&Record], input: &str, output: &str) -> Result<Self> {
         method.check()?;
         if method.form.is_some() {
@@ -141,8 +141,13 @@ impl ShardedHammerstein {
         let plain = method.plain_estimate(&all, input, output)?;
         let found = method.refined_minimum(&all, &plain)?;
         let best = found.ok_or(Error::Data(DataError::NotRefined))?;
+        let trial = Trial::new(best.minimum.clone(), &best.extended.kinks);
+        if trial.blocks.linear.transfer.outlasts() {
+            let most = trial.blocks.linear.transfer.forgotten();
+            return Err(Error::Data(DataError::TooSlowForParts { most }));
+        }
         Ok(ShardedHammerstein {
-            trial: Trial::new(best.minimum.clone(), &best.extended.kinks),
+            trial,
             warnings: warnings(&plain),
             method,
             best,
@@ -213,8 +218,11 @@ impl ShardedHammerstein {
                     return false;
                 }
                 if let Some(moved) = minimum.with_kinks_moved(extended, &step, 1.0, cells) {
-                    self.trial = Trial::new(moved, &extended.kinks);
-                    return true;
+                    let trial = Trial::new(moved, &extended.kinks);
+                    if !trial.blocks.linear.transfer.outlasts() {
+                        self.trial = trial;
+                        return true;
+                    }
                 }
             }
             self.damping = raised(self.damping);
