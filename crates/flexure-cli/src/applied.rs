@@ -10,7 +10,6 @@ use flexure_workbench::systems::Start;
 use crate::arguments;
 use crate::columns::Connected;
 use crate::files::prepare;
-use crate::reading::typed;
 use crate::source::{Source, Switches};
 
 /// The model, the record, and which columns of it are the model's.
@@ -88,6 +87,7 @@ impl ModelOnRecord {
         source.check()?;
         let file = source.reading.read(&self.record)?;
         let connected = Connected::of_model(&file, &model, self.input.as_deref(), self.output.as_deref())?;
+        let reading = source.typed_for(&file, &connected.all(), &model);
         let file = source.prepared(file, &connected.all(), &[&connected.output], Some(&model))?;
         if let Some(switches) = switches {
             switches.missing |= source.prepares();
@@ -100,7 +100,7 @@ impl ModelOnRecord {
             file,
             connected,
             time,
-            reading: source.kept().iter().flat_map(typed).collect(),
+            reading,
         })
     }
 }

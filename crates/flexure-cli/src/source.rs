@@ -9,6 +9,7 @@ use anyhow::{Context as _, Result};
 use clap::{Args as _, FromArgMatches as _};
 use flexure::text::shown_path;
 use flexure_io::{Format, ModelFile, RecordFile};
+use flexure_workbench::preparation::Preparation;
 
 use crate::arguments::Usage;
 use crate::output::{print_note, quoted};
@@ -66,6 +67,19 @@ fn begins_with_columns(record: &Path, model: &ModelFile) -> bool {
     names.all(|name| fields.iter().any(|field| is_called(field, name)))
 }
 
+/// Gives the columns that steps name the names that they have in this file: `model`, which kept the steps, may have other names for the first
+/// of the columns in use, its inputs and its output.
+fn renamed(steps: &mut Preparation, file: &RecordFile, columns: &[&str], model: Option<&ModelFile>) {
+    let of_model: Vec<&String> = model.iter().flat_map(|m| m.inputs.iter().chain([&m.output])).collect();
+    steps.rename(|name| {
+        let name = file.meant(name);
+        let place = of_model.iter().position(|own| *own == name);
+        let renamed = place.and_then(|place| columns.get(place).copied());
+        let is_connected = columns.contains(&name);
+        renamed.filter(|_| !is_connected).unwrap_or(name).to_owned()
+    });
+}
+
 impl Source {
     /// The options that were given, by their names.
     pub fn kept(&self) -> BTreeMap<String, String> {
@@ -99,6 +113,20 @@ impl Source {
         self.kept().is_empty()
     }
 
+    /// All of it as it is typed for a command on this file, whose columns in use are those of the model.
+    pub fn typed_for(&self, file: &RecordFile, columns: &[&str], model: &ModelFile) -> Vec<String> {
+        let mut steps = self.steps.preparation();
+        renamed(&mut steps, file, columns, Some(model));
+        let mut kept = self.reading.kept();
+        kept.extend(
+            steps
+                .repeated()
+                .into_iter()
+                .map(|(name, value)| (name.to_owned(), value)),
+        );
+        kept.iter().flat_map(typed).collect()
+    }
+
     /// The file with the steps done to the columns in use; a note says what they did. `model` is the one that kept the steps: it may have
     /// other names for the first of the columns, its inputs and its output. Gaps of the columns `unfilled`
     /// stay.
@@ -127,15 +155,7 @@ impl Source {
         if steps.repeated().is_empty() {
             return Ok(file);
         }
-        let of_model: Vec<&String> = model.iter().flat_map(|m| m.inputs.iter().chain([&m.output])).collect();
-        let meant = |name: &str| {
-            let name = file.meant(name);
-            let place = of_model.iter().position(|own| *own == name);
-            let renamed = place.and_then(|place| columns.get(place).copied());
-            let is_connected = columns.contains(&name);
-            renamed.filter(|_| !is_connected).unwrap_or(name).to_owned()
-        };
-        steps.rename(meant);
+        renamed(&mut steps, &file, columns, model);
         if let Some(name) = steps.named().find(|name| !columns.contains(name)) {
             return Err(Usage(format!(
                 "{}: a step names the column '{name}', but the columns in use are {}",

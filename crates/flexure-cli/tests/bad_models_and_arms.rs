@@ -132,7 +132,7 @@ fn inputs_beyond_the_curve() {
         }
         for (model, behaviour) in [("nearest", "held at its end value"), ("linear", "continued straight")] {
             let printed = folder.said(&command(model, "beyond"));
-            assert!(printed.ends_with(&format!("{warning} {behaviour}")), "{printed}");
+            assert!(printed.contains(&format!("{warning} {behaviour}")), "{printed}");
         }
     }
 }
