@@ -10,7 +10,7 @@ from typing import Any
 import flexure
 from flexure._core import FlexureError
 
-# How often a task may lose its worker: that is no fault of the task.
+# How often a task that raises is computed again. Workers that die have a limit of their own: `allowed-failures` of `distributed`.
 RETRIES = 10
 # Sums that one task merges.
 MERGED = 8

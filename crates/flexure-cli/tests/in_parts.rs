@@ -130,12 +130,12 @@ fn what_parts_cannot_do_is_refused_in_words() {
             "r.parquet --stream --structure wiener",
             "--stream is for --structure hammerstein",
         ),
-        ("r.parquet --stream --form dead-zone", "--stream fits no --form"),
+        ("r.parquet --stream --form dead-zone", "--stream cannot fit a --form"),
         ("r.parquet --stream --method plain", "--stream is for --method refined"),
-        ("r.parquet --stream --period 100", "--stream looks for no periods"),
+        ("r.parquet --stream --period 100", "--stream cannot look for periods"),
         (
             "r.parquet --stream --fill 3",
-            "--stream prepares no record; do that before",
+            "--stream cannot prepare the record; use flexure prepare before",
         ),
         (
             "r.parquet --stream --decimal point",

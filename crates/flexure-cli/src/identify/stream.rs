@@ -23,10 +23,10 @@ fn check(arguments: &Arguments) -> Result<(), Usage> {
     let foreign = match arguments.task().map(|(task, _)| task.options.hammerstein) {
         _ if arguments.records.len() > 1 => Some("is for one record"),
         _ if arguments.structure().name != HAMMERSTEIN.name => Some("is for --structure hammerstein"),
-        Ok(HammersteinMethod::Refined(method)) if method.form.is_some() => Some("fits no --form"),
+        Ok(HammersteinMethod::Refined(method)) if method.form.is_some() => Some("cannot fit a --form"),
         Ok(HammersteinMethod::Plain(_)) => Some("is for --method refined"),
-        _ if arguments.periods.first_given().is_some() => Some("looks for no periods"),
-        _ if arguments.source.prepares() => Some("prepares no record; do that before"),
+        _ if arguments.periods.first_given().is_some() => Some("cannot look for periods"),
+        _ if arguments.source.prepares() => Some("cannot prepare the record; use flexure prepare before"),
         _ => None,
     };
     foreign.map_or(Ok(()), |what| Err(Usage(format!("--stream {what}"))))

@@ -51,14 +51,16 @@ fn on(wide: Option<Wide>, runs: &[ArmRun], watch: &(dyn Fn(f64) -> ControlFlow<(
         None => 1,
     };
     let groups = groups(runs, size);
-    let of_groups = parallel::batch(&groups, |group| match wide {
-        Some(wide) if group.len() >= WORTHWHILE => {
-            in_lanes(wide, &group.iter().map(|&i| runs[i]).collect::<Vec<_>>(), watch)
-        }
-        _ => group.iter().map(|&i| alone(&runs[i], watch)).collect(),
+    let of_groups = parallel::batch(&groups, |group| {
+        let results = match wide {
+            Some(wide) if group.len() >= WORTHWHILE => {
+                in_lanes(wide, &group.iter().map(|&i| runs[i]).collect::<Vec<_>>(), watch)
+            }
+            _ => group.iter().map(|&i| alone(&runs[i], watch)).collect(),
+        };
+        group.iter().copied().zip(results).collect::<Vec<_>>()
     });
-    let results = of_groups.into_iter().flatten();
-    let mut placed: Vec<(usize, Result<Record>)> = groups.into_iter().flatten().zip(results).collect();
+    let mut placed: Vec<(usize, Result<Record>)> = of_groups.into_iter().flatten().collect();
     placed.sort_by_key(|(place, _)| *place);
     placed.into_iter().map(|(_, result)| result).collect()
 }

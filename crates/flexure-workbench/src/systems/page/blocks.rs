@@ -2,14 +2,15 @@
 
 use anyhow::Result;
 use flexure::Record;
+use flexure::identify::VolterraModel;
 use flexure::identify::result::{BlockKind, LinearBlock, NamedBlock, Path, ResponseError, StaticBlock};
-use flexure::identify::{Identification, NarxModel, NarxTerm, VolterraModel};
 use flexure::linear::{Complex, TransferFunction};
 use flexure::quantiles::NORMAL_95;
 use flexure::text::{capitalised, number};
 use flexure_report::data::{LinearPart, Nonlinearity, Scatter, Surface, Table, TitledCurve, TitledSurface};
 
 use super::closed_loop;
+use super::terms::terms;
 use crate::labels::Labels;
 use crate::plots::{evenly, median, unwrapped};
 use crate::systems::SETTLED;
@@ -31,8 +32,6 @@ const BINS: usize = 50;
 /// Points of a surface's picture along either side, and points of a section through it.
 const GRID: usize = 81;
 const SECTION_POINTS: usize = 201;
-/// Terms of a polynomial that are shown, those with the largest coefficients.
-const TERMS: usize = 40;
 
 /// The parts of a page that show blocks.
 #[derive(Default)]
@@ -382,35 +381,6 @@ impl<'a> Sections<'a> {
                 ..Nonlinearity::default()
             },
         }
-    }
-}
-
-/// The monomials with the largest coefficients.
-fn terms(result: &Identification, model: &NarxModel) -> Table {
-    let factor = |i: &usize| match *i < model.outputs {
-        true => format!("{}[n-{}]", result.output, i + 1),
-        false => match i - model.outputs + model.delay {
-            0 => format!("{}[n]", result.inputs[0]),
-            lag => format!("{}[n-{lag}]", result.inputs[0]),
-        },
-    };
-    let mut sorted: Vec<&NarxTerm> = model.terms.iter().collect();
-    sorted.sort_by(|a, b| b.coefficient.abs().total_cmp(&a.coefficient.abs()));
-    let row = |t: &&NarxTerm| {
-        let product: Vec<String> = t.factors.iter().map(factor).collect();
-        vec![product.join(" "), number(t.coefficient)]
-    };
-    Table {
-        title: "Terms".to_owned(),
-        text: format!(
-            "The {} largest of {} coefficients, for inputs and outputs at zero mean and unit variance; the model's file has all.",
-            sorted.len().min(TERMS),
-            sorted.len()
-        ),
-        columns: vec!["term".to_owned(), "coefficient".to_owned()],
-        rows: sorted.iter().take(TERMS).map(row).collect(),
-        chosen: None,
-        ends_in_text: false,
     }
 }
 

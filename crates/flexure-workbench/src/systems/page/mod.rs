@@ -4,6 +4,7 @@ mod blocks;
 mod choices;
 mod closed_loop;
 mod diagram;
+mod terms;
 
 use anyhow::{Context as _, Result};
 use flexure::Record;

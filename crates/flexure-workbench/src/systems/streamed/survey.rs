@@ -181,7 +181,7 @@ fn uniform_step(instants: &[At]) -> flexure::Result<Option<f64>> {
     }
     let step = |pair: &[At]| (pair[1].value - pair[0].value) / (pair[1].row - pair[0].row) as f64;
     let typical = median(instants.windows(2).map(step));
-    // From one batch to the next, and within one that has two samples.
+    // The steps from one batch to the next, and those within a batch of two samples.
     for pair in instants.windows(2).filter(|pair| pair[1].row == pair[0].row + 1) {
         let (sample, step, expected) = (pair[1].row as usize, step(pair), typical);
         if !(step > 0.0) {
