@@ -95,6 +95,7 @@ def identify_axes(
     spring: bool = False,
     prismatic: bool = False,
     level: float = 0.95,
+    chain: tuple[Chain, Sequence[_Array], Sequence[int]] | None = None,
 ) -> Axes: ...
 @final
 class Axes:

@@ -1,4 +1,4 @@
-"""Several axes of one log, each identified alone."""
+"""Several axes of one log: each identified alone, or as the joints of a chain."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from flexure import _records as records
 from flexure import _times as times
 from flexure._arrays import Array, finite_number, samples
 from flexure._core import DataError, FlexureError, ParameterError
+from flexure.chains import Chain
 from flexure.joints import Joint, _joint
 
 __all__ = ["Axes", "identify_axes"]
@@ -60,7 +61,7 @@ class Axes:
 
 def identify_axes(
     data: Any,
-    axes: Iterable[Any],
+    axes: Iterable[Any] | None = None,
     *,
     torque: str = "tau{}",
     position: str | None = None,
@@ -73,15 +74,20 @@ def identify_axes(
     prismatic: bool = False,
     level: float = 0.95,
     torque_constant: float = 1.0,
+    chain: Chain | None = None,
 ) -> Axes:
-    """Identifies several axes of one log, each alone; one that cannot be identified does not keep the others from it.
+    """Identifies several axes of one log; one that cannot be identified does not keep the others from it.
+
+    Each axis is taken alone, or as a joint of a `chain`: gravity and the other joints then act on it as the chain's inertias and the positions
+    of all joints say.
 
     Parameters
     ----------
     data : table
         A table (pandas, polars, xarray, a dict) with the columns of all axes.
-    axes : numbers or names
-        The axes, for example ``range(1, 7)``.
+    axes : numbers or names, optional
+        The axes, for example ``range(1, 7)``. None: all joints of `chain`, by their numbers from 1 on or by their names, as the columns have
+        them.
     torque, position, motor, link, velocity : str
         The names of the columns, in which ``{}`` stands for the axis: ``position`` of rigid axes, or ``motor`` and ``link`` of
         flexible joints. An axis without a column of its link is a rigid one at its motor.
@@ -89,6 +95,9 @@ def identify_axes(
         The sample time, s; None: from the times in `data`.
     gravity, spring, prismatic, level, torque_constant
         As for `identify_joint`, for all axes.
+    chain : Chain, optional
+        The chain on a fixed base whose joints the axes are: `data` has the positions of all its joints. The chain has gravity and says which
+        joints slide, so `gravity` and `prismatic` are left out.
 
     Raises
     ------
@@ -114,13 +123,19 @@ def identify_axes(
     >>> round(axes[1].inertia.value, 2)
     2.0
     """
+    if chain is not None and (gravity or prismatic):
+        raise ParameterError("leave gravity and prismatic out: the chain says them")
     if (position is None) == (motor is None or link is None):
         raise ParameterError("give the position of rigid axes, or motor and link of flexible joints")
     patterns = {"torque": torque, "position": position, "motor": motor, "link": link, "velocity": velocity}
     for what, pattern in patterns.items():
         if pattern is not None and "{}" not in pattern:
             raise ParameterError(f"{what} is {pattern!r}; write {{}} where the name of the column has the axis")
-    names = [str(axis) for axis in axes]
+    axes = None if axes is None else list(axes)
+    joints = None if chain is None else _joints(data, chain, axes, patterns)
+    if axes is None and joints is None:
+        raise ParameterError("give the axes, or the chain whose joints they are")
+    names = list(joints) if axes is None else [str(axis) for axis in axes]
     if not names or len(set(names)) < len(names):
         raise ParameterError("give at least one axis, and none of them twice")
     constant = finite_number(torque_constant, "torque_constant")
@@ -145,7 +160,8 @@ def identify_axes(
     step = step if dt is None else dt
     if step is None:
         raise ParameterError("the sample time is not known; give dt, in s")
-    core = _core.identify_axes(given, step, gravity=gravity, spring=spring, prismatic=prismatic, level=level)
+    of_chain = None if chain is None or joints is None else _of_chain(data, chain, joints, names, patterns)
+    core = _core.identify_axes(given, step, gravity=gravity, spring=spring, prismatic=prismatic, level=level, chain=of_chain)
     result = json.loads(core.json())
     identified = {each["axis"]: each for each in result["axes"] if "error" not in each}
     return Axes(
@@ -155,6 +171,36 @@ def identify_axes(
         result,
         core,
     )
+
+
+def _joints(data: Any, chain: Chain, axes: Iterable[Any] | None, patterns: dict[str, str | None]) -> list[str]:
+    """How axes and columns name the joints of a chain: by their numbers, or by their names."""
+    numbers = [str(number) for number in range(1, len(chain.joints) + 1)]
+    if axes is None:
+        first = str(patterns["position"] or patterns["link"]).replace("{}", numbers[0])
+        try:
+            records.named_columns(data, {"position": first})
+        except DataError:
+            return list(chain.joints)
+        return numbers
+    given = [str(axis) for axis in axes]
+    for names in (numbers, list(chain.joints)):
+        if set(given) <= set(names):
+            return names
+    raise ParameterError(f"the axes are {', '.join(given)}; give numbers from 1 to {len(numbers)}, or the names {', '.join(chain.joints)}")
+
+
+def _of_chain(
+    data: Any, chain: Chain, joints: list[str], names: list[str], patterns: dict[str, str | None]
+) -> tuple[_core.Chain, list[Array], list[int]]:
+    """The chain, the positions of all its joints, and the numbers of those that the axes of these names are."""
+    positions = []
+    for joint in joints:
+        own, _ = _at_motor(data, {what: None if pattern is None else pattern.replace("{}", joint) for what, pattern in patterns.items()})
+        column = str(own["position"] or own["link"])
+        found, _ = records.named_columns(data, {"position": column})
+        positions.append(samples(found["position"], column))
+    return chain._core, positions, [joints.index(name) for name in names]
 
 
 def _at_motor(data: Any, own: dict[str, str | None]) -> tuple[dict[str, str | None], str | None]:

@@ -47,7 +47,7 @@ impl Chain {
     }
 
     /// The chain without its motors.
-    fn links(&self) -> &flexure::manipulator::chain::Chain {
+    pub fn links(&self) -> &flexure::manipulator::chain::Chain {
         self.0.chain()
     }
 

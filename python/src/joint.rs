@@ -5,23 +5,25 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use flexure::Record;
-use flexure::identify::robot_joint::{AxisDrive, Extra};
+use flexure::identify::robot_joint::{AxisDrive, Extra, JointLoad};
 use flexure_io::RecordFile;
 use flexure_io::arm::{ArmFile, Excitation};
 use flexure_workbench::joints::{
-    Axes as IdentifiedAxes, AxisLog, IdentifiedAxis, Joint as Identified, LaterLog, Log, Place, Settings, Trial,
-    identify,
+    Axes as IdentifiedAxes, AxisLoad, AxisLog, IdentifiedAxis, Joint as Identified, LaterLog, Log, NamedAxis, Place,
+    Settings, Trial, identify,
 };
 use pyo3::prelude::*;
 
 use crate::arrays::Column;
-use crate::errors::{DataError, ParameterError, of_any};
+use crate::chain::Chain;
+use crate::errors::{DataError, ParameterError, of_any, of_library};
 use crate::names::argument;
 use crate::run::interruptible;
 
 /// What stands for a file's name in messages and on pages.
 const LOG: &str = "the log";
 const OTHER_LOG: &str = "the other log";
+const CHAIN: &str = "the chain";
 
 /// The factors that bring a log to the link's side of the gear.
 #[derive(Clone, Copy)]
@@ -49,6 +51,7 @@ fn log(
         position: samples(link),
         motor: motor.get(i).map(|motor| scaled(motor, scale.motor)),
         velocity: velocity.map(samples),
+        load: None,
     });
     Log {
         name: name.to_owned(),
@@ -291,10 +294,15 @@ impl Axes {
 /// The columns of one axis: torque, position, motor and velocity; or why it has none.
 type AxisColumns = Result<(Vec<f64>, Vec<f64>, Option<Vec<f64>>, Option<Vec<f64>>), String>;
 
-/// Identifies several axes, each alone, from their names, the settings, and the columns or the reason why an axis has none.
+/// Identifies several axes from their names, the settings, and the columns or the reason why an axis has none: each alone, or as joints of a
+/// chain, which comes with the positions of all its joints and the numbers of those that the axes are.
 #[pyfunction]
-#[pyo3(signature = (axes, sample_time, *, gravity=false, spring=false, prismatic=false, level=0.95))]
-#[expect(clippy::type_complexity, reason = "one tuple an axis")]
+#[pyo3(signature = (axes, sample_time, *, gravity=false, spring=false, prismatic=false, level=0.95, chain=None))]
+#[expect(
+    clippy::type_complexity,
+    clippy::too_many_arguments,
+    reason = "one tuple an axis, and keywords"
+)]
 pub fn identify_axes(
     py: Python<'_>,
     axes: Vec<(
@@ -308,9 +316,31 @@ pub fn identify_axes(
     spring: bool,
     prismatic: bool,
     level: f64,
+    chain: Option<(PyRef<'_, Chain>, Vec<Column>, Vec<usize>)>,
 ) -> PyResult<Axes> {
     let samples = |column: &Column| column.samples().to_vec();
-    let names: Vec<String> = axes.iter().map(|(name, ..)| name.clone()).collect();
+    let of_chain = chain.map(|(chain, positions, joints)| (chain.links().clone(), positions, joints));
+    let loads = of_chain.as_ref().map(|(chain, positions, joints)| {
+        let positions: Vec<&[f64]> = positions.iter().map(Column::samples).collect();
+        let loads = JointLoad::of_chain(chain, &positions, sample_time).map_err(|error| of_library(&error))?;
+        let load = |&joint: &usize| AxisLoad {
+            load: loads[joint].clone(),
+            chain: CHAIN.to_owned(),
+            joint: chain.joints()[joint].clone(),
+        };
+        PyResult::Ok(joints.iter().map(load).collect::<Vec<_>>())
+    });
+    let loads = loads.transpose()?;
+    let slides = |axis: usize| match &of_chain {
+        Some((chain, _, joints)) => chain.prismatic().nth(joints[axis]) == Some(true),
+        None => prismatic,
+    };
+    let names: Vec<NamedAxis> = (axes.iter().enumerate())
+        .map(|(i, (name, ..))| NamedAxis {
+            name: name.clone(),
+            prismatic: slides(i),
+        })
+        .collect();
     let logs: Vec<(Option<String>, AxisColumns)> = axes
         .iter()
         .map(|(_, remark, error, columns)| {
@@ -322,9 +352,9 @@ pub fn identify_axes(
         })
         .collect();
     let found = interruptible(py, move |_| {
-        let settings = settings(gravity, spring, prismatic, level);
         let file = RecordFile::in_memory(Record::new::<String>([])?, LOG);
-        IdentifiedAxes::new(LOG, prismatic, &names, |i, _| {
+        IdentifiedAxes::new(LOG, names, |i, axis| {
+            let settings = settings(gravity, spring, axis.prismatic, level);
             let (remark, columns) = &logs[i];
             let (torque, position, motor, velocity) = columns.clone().map_err(anyhow::Error::msg)?;
             let log = Log {
@@ -335,6 +365,7 @@ pub fn identify_axes(
                     position,
                     motor,
                     velocity,
+                    load: loads.as_ref().map(|loads| loads[i].clone()),
                 }],
                 columns: BTreeMap::new(),
             };

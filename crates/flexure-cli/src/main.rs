@@ -28,6 +28,7 @@ mod python;
 mod reading;
 mod regress;
 mod report;
+mod robot;
 #[cfg(unix)]
 mod signals;
 mod simulate;

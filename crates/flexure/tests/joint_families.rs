@@ -18,6 +18,7 @@ fn identified(family: &Family) -> FlexibleAxis {
         motor: &log.motor,
         link: &log.link,
         torque: &log.torque,
+        load: None,
         sample_time: log.sample_time,
         motor_inertia: None,
         level: 0.95,

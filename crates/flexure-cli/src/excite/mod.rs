@@ -1,5 +1,6 @@
 //! `flexure excite`: a record that excites an arm as much as its limits allow, and what it can show.
 
+mod chain;
 mod rehearsal;
 mod search;
 mod signals;
@@ -20,11 +21,15 @@ use crate::arguments::{self, Usage};
 use crate::files::prepare;
 use crate::output::{print, print_result};
 use crate::progress::spinning;
-use crate::simulate::{Source, known_preset};
+use crate::robot::{self, Robot};
+use crate::simulate::{Source, arm_or_chain};
 use rehearsal::Rehearsal;
 use search::{Gains, Setup, Trial};
 
 /// Write torques, or references for position servos, that excite an arm within its limits.
+///
+/// A chain, from a URDF or a chain file, gets references for all its joints, about the middle of their ranges; the torques that they need follow from its
+/// inertias.
 ///
 /// The signals are as large as the limits allow: the arm is simulated to find out. Every joint that is not locked gets a signal of its own.
 /// Then the experiment is rehearsed: `flexure joint` identifies the arm from the simulated record with noise. The text says what such a
@@ -34,21 +39,25 @@ use search::{Gains, Setup, Trial};
 #[command(after_help = "Examples:\n  \
     flexure excite --preset space-arm --max-torque 40,20 --max-velocity 2 -o excitation.csv\n  \
     flexure excite arm.toml --kind chirp --f-max 3 --max-torque 10 --max-position 1.5 -o chirp.csv\n  \
+    flexure excite robot.urdf --max-torque 80 --max-velocity 1 --f-max 1 -o reference.csv\n  \
     flexure excite arm.toml --reference --f-max 1 --max-torque 40 --max-position 0.5 -o reference.csv\n\n\
     An arm file plays the torques: [excitation] kind = \"record\", file = \"excitation.csv\".")]
 pub struct Arguments {
-    /// The arm file.
-    #[arg(value_name = "ARM.toml")]
+    /// The arm file, or a chain of links: a URDF, or a chain file.
+    #[arg(value_name = "ARM.toml|ROBOT.urdf")]
     arm: Option<PathBuf>,
     /// A preset in place of an arm file.
-    #[arg(long, value_name = "NAME", value_parser = known_preset)]
+    #[arg(long, value_name = "NAME", value_parser = arm_or_chain)]
     preset: Option<String>,
     /// The signal.
     #[arg(long, value_enum, default_value = "multisine")]
     kind: SignalKind,
-    /// Write angles for position servos of the motors, not torques.
+    /// Write angles for position servos of the motors, not torques. Those of a chain are always written.
     #[arg(long)]
     reference: bool,
+    /// No gravity acts on a URDF; without this option that of the ground does, z upwards.
+    #[arg(long, help_heading = "Experiment")]
+    no_gravity: bool,
     /// The largest torque of the motors in N m: one number, or one for each joint.
     #[arg(long, value_name = "TAU[,TAU]", value_delimiter = ',', required = true, allow_hyphen_values = true, value_parser = arguments::physical)]
     max_torque: Vec<f64>,
@@ -85,7 +94,7 @@ pub struct Arguments {
     /// Standard deviation of the torques' noise in the rehearsal, as a share of the largest torque.
     #[arg(long, value_name = "SHARE", default_value = "0.01", allow_hyphen_values = true, value_parser = arguments::positive)]
     torque_noise: f64,
-    /// Write the record here: .csv or .parquet, with columns t, tau1, tau2 (references: t, r1, r2).
+    /// Write the record here: .csv or .parquet, with columns t, tau1, tau2 (references: t, r1, r2; of a chain t, r_JOINT).
     #[arg(short = 'o', long = "out", value_name = "RECORD")]
     out: PathBuf,
     /// Print one JSON object.
@@ -101,6 +110,17 @@ enum SignalKind {
     Chirp,
     /// Random levels, held.
     Multilevel,
+}
+
+impl Arguments {
+    /// The chain, where one is given.
+    fn robot(&self) -> Result<Option<Robot>> {
+        match (&self.arm, &self.preset) {
+            (Some(path), _) if Robot::is_chain(path)? => Ok(Some(Robot::read(path, self.no_gravity)?)),
+            (_, Some(name)) if robot::preset(name).is_some() => Ok(Some(Robot::read(name.as_ref(), self.no_gravity)?)),
+            _ => Ok(None),
+        }
+    }
 }
 
 /// Absolute values of a joint: its limits, infinite where there is none, or the largest that it reaches.
@@ -147,6 +167,12 @@ impl Extremes {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     prepare(&arguments.arm, [&arguments.out], [])?;
+    if let Some(robot) = arguments.robot()? {
+        return chain::run(arguments, &robot);
+    }
+    if arguments.no_gravity {
+        return Err(Usage("--no-gravity is for URDF; no gravity acts on an arm file's arm".to_owned()).into());
+    }
     let limits = Extremes::limits(arguments)?;
     let file = Source::new(&arguments.arm, &arguments.preset)?.arm()?;
     let arm = Arm::new(file.arm)?;
@@ -190,12 +216,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return print(&json_of(&trial, &setup, &rehearsal, arguments).to_string());
     }
     let mut lines = summary(&trial, &setup, arguments.reference);
-    for (title, items) in [("It can tell", &rehearsal.can), ("It cannot tell", &rehearsal.cannot)] {
-        if !items.is_empty() {
-            lines.sentence(format!("{title}:"));
-            lines.deeper(|lines| items.iter().for_each(|item| lines.sentence(&**item)));
-        }
-    }
+    rehearsal.write(&mut lines);
     let wrote = format!(
         "wrote {} ({} samples of {})",
         shown_path(&arguments.out),

@@ -5,9 +5,10 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use flexure_io::RecordFile;
-use flexure_workbench::joints::{Axes, IdentifiedAxis, MOST_AXES, identify};
+use flexure_workbench::joints::{Axes, AxisLoad, IdentifiedAxis, MOST_AXES, NamedAxis, identify};
 
 use super::Arguments;
+use super::chain::AxesOfChain;
 use super::log::{Columns, Names};
 use crate::arguments::{self, Usage};
 use crate::files::{write_text, wrote};
@@ -19,7 +20,7 @@ const AXIS: &str = "{}";
 
 /// The names of the axes.
 #[derive(Debug, Clone)]
-pub struct AxisNames(Vec<String>);
+pub struct AxisNames(pub Vec<String>);
 
 /// Names and ranges of numbers: `1..6`, `1,3`, `left,right`.
 pub fn names(text: &str) -> Result<AxisNames, String> {
@@ -56,16 +57,37 @@ pub fn names(text: &str) -> Result<AxisNames, String> {
 }
 
 /// Identifies the axes, and writes what was asked for.
-pub fn run(arguments: &Arguments, AxisNames(axes): &AxisNames) -> Result<()> {
+pub fn run(arguments: &Arguments) -> Result<()> {
     let given = arguments.names();
     given.check_patterns()?;
-    arguments.check_numbered(axes)?;
+    let robot = arguments.chain.robot()?;
     let file = arguments.reading.read(&arguments.record)?;
     let later = arguments.later_file()?;
+    let chain = robot.map(|robot| AxesOfChain::new(robot, arguments.axis.as_ref(), &given, &file));
+    let axes = arguments.axes(chain.as_ref())?;
+    let names: Vec<String> = axes.iter().map(|axis| axis.name.clone()).collect();
+    arguments.check_numbered(&names)?;
+    let loads = |file: &RecordFile| match &chain {
+        Some(chain) => Ok::<_, anyhow::Error>(Some(chain.loads(arguments, &given, file)?)),
+        None => Ok(None),
+    };
+    let later_loads = later.as_ref().map(loads).transpose()?.flatten();
+    let loads = loads(&file)?;
     let found = measured("identifying", |reported| {
-        Axes::new(&file.name(), arguments.prismatic, axes, |i, axis| {
-            reported.at(i, axes.len());
-            arguments.identified(&file, given.of_axis(axis, &file), later.as_ref())
+        Axes::new(&file.name(), axes, |i, axis| {
+            reported.at(i, names.len());
+            let joint = chain.as_ref().map(|chain| chain.joint(&axis.name)).transpose()?;
+            let load = |loads: &Option<Vec<AxisLoad>>| Some(loads.as_ref()?[joint?].clone());
+            let columns = Names {
+                prismatic: axis.prismatic,
+                ..given.of_axis(&axis.name, &file)
+            };
+            arguments.identified(
+                &file,
+                columns,
+                load(&loads),
+                later.as_ref().map(|file| (file, load(&later_loads))),
+            )
         })
     })?;
     // Everything is made before anything is written.
@@ -90,11 +112,38 @@ pub fn run(arguments: &Arguments, AxisNames(axes): &AxisNames) -> Result<()> {
 }
 
 impl Arguments {
-    /// What is found of the axis in these columns.
-    fn identified(&self, file: &RecordFile, names: Names, later: Option<&RecordFile>) -> Result<IdentifiedAxis> {
+    /// The axes to identify: those that are named, or all joints of the chain.
+    fn axes(&self, chain: Option<&AxesOfChain>) -> Result<Vec<NamedAxis>, Usage> {
+        let all = |chain: &AxesOfChain| chain.all();
+        let named = self.axis.as_ref().map(|AxisNames(names)| names.clone());
+        let names = named.or_else(|| chain.map(all)).unwrap_or_default();
+        if let Some(chain) = chain {
+            names.iter().try_for_each(|axis| chain.joint(axis).map(|_| ()))?;
+        }
+        let axis = |name: String| NamedAxis {
+            prismatic: chain.map_or(self.prismatic, |chain| chain.prismatic(&name)),
+            name,
+        };
+        Ok(names.into_iter().map(axis).collect())
+    }
+
+    /// What is found of the axis in these columns, with the load of its chain, here and in a later file.
+    fn identified(
+        &self,
+        file: &RecordFile,
+        names: Names,
+        load: Option<AxisLoad>,
+        later: Option<(&RecordFile, Option<AxisLoad>)>,
+    ) -> Result<IdentifiedAxis> {
         let columns = Columns::new(file, &names)?;
-        let joint = identify(columns.log(file, self)?, &self.settings(), file, arguments::option)?;
-        let trial = joint.try_out(self.position_loop(file, &names)?, self.later(later, &names)?)?;
+        let mut log = columns.log(file, self)?;
+        log.axes[0].load = load;
+        let joint = identify(log, &self.settings(names.prismatic), file, arguments::option)?;
+        let mut other = self.later(later.as_ref().map(|(file, _)| *file), &names)?;
+        if let (Some(other), Some((_, load))) = (&mut other, later) {
+            other.log.axes[0].load = load;
+        }
+        let trial = joint.try_out(self.position_loop(file, &names)?, other)?;
         let remark = names.at_motor.then(|| {
             let column = names.position.unwrap_or_default();
             format!("the log has no angle of its link: it is taken as a rigid axis at its motor, column '{column}'")
@@ -104,6 +153,12 @@ impl Arguments {
 }
 
 impl Names {
+    /// The column of an axis's position, or of its link's.
+    pub(super) fn position_of(&self, axis: &str, file: &RecordFile) -> Option<String> {
+        let own = self.of_axis(axis, file);
+        own.position.or(own.link)
+    }
+
     fn columns(&mut self) -> impl Iterator<Item = (&'static str, &mut String)> {
         let others = [
             ("position", &mut self.position),
@@ -124,13 +179,13 @@ impl Names {
         match given.columns().find(|(_, name)| !name.contains(AXIS)) {
             None => Ok(()),
             Some((option, name)) => Err(Usage(format!(
-                "--{option} {name}: with --axis, write {AXIS} where the name has the axis, as in --{option} {name}{AXIS}"
+                "--{option} {name}: with --axis or --chain, write {AXIS} where the name has the axis, as in --{option} {name}{AXIS}"
             ))),
         }
     }
 
     /// The columns of one axis; if the log has no angle of its link, it is a rigid axis at its motor.
-    fn of_axis(&self, axis: &str, file: &RecordFile) -> Names {
+    pub(super) fn of_axis(&self, axis: &str, file: &RecordFile) -> Names {
         let mut own = self.clone();
         for (_, name) in own.columns() {
             *name = name.replace(AXIS, axis);

@@ -101,6 +101,8 @@ pub struct Names {
     pub reference: Option<String>,
     /// Whether the position is the motor's, before the gear.
     pub at_motor: bool,
+    /// Whether the axis moves along a line.
+    pub prismatic: bool,
 }
 
 /// The columns of a joint, or of both joints of an arm, each kind in the order of the joints.
@@ -111,6 +113,7 @@ pub struct Columns {
     motor: Vec<String>,
     velocity: Option<String>,
     at_motor: bool,
+    prismatic: bool,
 }
 
 impl Columns {
@@ -145,6 +148,7 @@ impl Columns {
             motor: if given.motor.is_some() { motor } else { Vec::new() },
             velocity: given.velocity.clone(),
             at_motor: given.at_motor,
+            prismatic: given.prismatic,
         };
         columns.check_distinct(given.reference.as_ref())?;
         Ok(columns)
@@ -200,19 +204,7 @@ impl Columns {
     pub fn log(&self, file: &RecordFile, arguments: &Arguments) -> Result<Log> {
         let used = self.torque.iter().chain(&self.position).chain(&self.motor);
         let used: Vec<&str> = used.chain(&self.velocity).map(String::as_str).collect();
-        let resampled = |step: &str| {
-            let path = shown_path(&file.path);
-            format!("flexure prepare {} --resample {step} -o prepared.csv", quoted(&path))
-        };
-        let sample_time = (arguments.reading.sample_time(file, arguments.sample_time, &used))
-            .map_err(|error| with_resampling(error, resampled))?;
-        let Some(sample_time) = sample_time else {
-            bail!(
-                "{}: no column of sample instants, such as 't', says the sample time; give it by --sample-time, or name the column by --time{}",
-                shown_path(&file.path),
-                file.sample_time_hint()
-            );
-        };
+        let sample_time = arguments.sample_time_of(file, &used)?;
         let constant = arguments.torque_on_link(file)?;
         // The gains of a position loop are those of the units in the file.
         let converts = arguments.reference.is_none();
@@ -232,7 +224,7 @@ impl Columns {
         self.note_of_units(file, arguments)?;
         note_of_counts(file, self.position.iter().chain(&self.motor), sample_time);
         let [angle, rate, effort] =
-            [Quantity::Angle, Quantity::Rate, Quantity::Effort].map(|quantity| quantity.unit(arguments.prismatic));
+            [Quantity::Angle, Quantity::Rate, Quantity::Effort].map(|quantity| quantity.unit(self.prismatic));
         let before_gear = 1.0 / arguments.gear_ratio;
         let position_by = if self.at_motor { before_gear } else { 1.0 };
         let mut axes = Vec::new();
@@ -243,6 +235,7 @@ impl Columns {
                 position: scaled(&self.position[i], angle, position_by)?,
                 motor: motor.map(|name| scaled(name, angle, before_gear)).transpose()?,
                 velocity: self.velocity.as_ref().map(|name| scaled(name, rate, 1.0)).transpose()?,
+                load: None,
             });
         }
         Ok(Log {
@@ -258,7 +251,7 @@ impl Columns {
         if arguments.torque_constant.value(file, "torque-constant")? != 1.0 {
             return Ok(());
         }
-        let effort = if arguments.prismatic { "N" } else { "N m" };
+        let effort = if self.prismatic { "N" } else { "N m" };
         for torque in &self.torque {
             if let Some(unit @ ("A" | "mA" | "V")) = file.unit(file.meant(torque)) {
                 print_note(&format!(
@@ -292,6 +285,22 @@ impl Columns {
             .iter()
             .map(|column| ("velocity".to_owned(), column.clone()));
         each.chain(velocity).collect()
+    }
+}
+
+impl Arguments {
+    /// The sample time of these columns of a file, s.
+    pub(super) fn sample_time_of(&self, file: &RecordFile, columns: &[&str]) -> Result<f64> {
+        let path = shown_path(&file.path);
+        let resampled = |step: &str| format!("flexure prepare {} --resample {step} -o prepared.csv", quoted(&path));
+        let sample_time = self.reading.sample_time(file, self.sample_time, columns);
+        match sample_time.map_err(|error| with_resampling(error, resampled))? {
+            Some(sample_time) => Ok(sample_time),
+            None => bail!(
+                "{path}: no column of sample instants, such as 't', says the sample time; give it by --sample-time, or name the column by --time{}",
+                file.sample_time_hint()
+            ),
+        }
     }
 }
 

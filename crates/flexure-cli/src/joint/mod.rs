@@ -1,6 +1,7 @@
 //! `flexure joint`: a joint's friction, stiffness and inertia from its log.
 
 mod axes;
+mod chain;
 mod counts;
 mod log;
 mod python;
@@ -23,6 +24,7 @@ use crate::progress::spinning;
 use crate::reading::Reading;
 use crate::simulate::read_arm;
 use axes::AxisNames;
+use chain::ChainOptions;
 use log::{Columns, Names, Number};
 
 /// Find a joint's friction, stiffness and inertia from its log.
@@ -34,6 +36,9 @@ use log::{Columns, Names, Number};
 /// With --axis 1..6, every axis of a log is identified alone: {} in the names of columns stands for the axis. The result is a table with a
 /// row per axis. If an axis cannot be identified, its row gives the reason; the other axes are still identified. The exit code is 0 if at
 /// least one axis was identified. Curves go to a file an axis, with the axis before the extension.
+///
+/// With --chain robot.urdf, the axes are the joints of a robot: gravity and the motion of the other joints are taken from its inertias, and
+/// friction and the drive's inertia are identified.
 ///
 /// The curves of friction and stiffness are estimated without a form, with confidence bands. Then forms with physical parameters are fitted.
 /// Each parameter has a standard error, or the range that the data support. A record is CSV, columns between spaces, Parquet, MAT, HDF5,
@@ -48,6 +53,7 @@ use log::{Columns, Names, Number};
     flexure joint arm.csv --motor qm1,qm2 --link q1,q2 --torque tau1,tau2 --arm arm.toml --report arm.html\n  \
     flexure joint axis.csv --position q --torque tau --validate later.csv\n  \
     flexure joint robot.csv --axis 1..6 --motor qm{} --link q{} --torque tau{} --report robot.html\n  \
+    flexure joint robot.csv --chain robot.urdf --position q{} --torque tau{} --report robot.html\n  \
     flexure simulate arm.toml -o again.csv")]
 pub struct Arguments {
     /// The record.
@@ -72,6 +78,8 @@ pub struct Arguments {
     /// without a column of its link's angle is taken as rigid, at its motor.
     #[arg(long, value_name = "AXES", value_parser = axes::names, conflicts_with_all = ["arm", "motor_inertia", "joint"])]
     axis: Option<AxisNames>,
+    #[command(flatten)]
+    chain: ChainOptions,
     /// Torque for each unit of the torque column: a number, or the name of a constant of a MAT file.
     #[arg(long, value_name = "K", default_value = "1", allow_hyphen_values = true, value_parser = log::number)]
     torque_constant: Number,
@@ -144,8 +152,8 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     arguments.refuse_arm_with_extras()?;
     arguments.check_files()?;
-    if let Some(axes) = &arguments.axis {
-        return axes::run(arguments, axes);
+    if arguments.axis.is_some() || arguments.chain.given().is_some() {
+        return axes::run(arguments);
     }
     let file = arguments.reading.read(&arguments.record)?;
     let names = arguments.names();
@@ -158,7 +166,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let later_file = arguments.later_file()?;
     let later = arguments.later(later_file.as_ref(), &names)?;
     let joint = spinning("identifying", || {
-        identify(log, &arguments.settings(), &file, arguments::option)
+        identify(log, &arguments.settings(arguments.prismatic), &file, arguments::option)
     })?;
     let position_loop = arguments.position_loop(&file, &names)?;
     let trial = spinning("simulating", || joint.try_out(position_loop, later))?;
@@ -214,7 +222,7 @@ impl Arguments {
         let names = self.names();
         let log = Columns::new(file, &names)?.log(file, self)?;
         let samples = log.samples();
-        let joint = identify(log, &self.settings(), file, arguments::option)?;
+        let joint = identify(log, &self.settings(self.prismatic), file, arguments::option)?;
         let trial = joint.try_out(self.position_loop(file, &names)?, None)?;
         let mut object = joint.json();
         let (name, motions) = joint.motions_json(&trial.motions);
@@ -303,7 +311,7 @@ impl Arguments {
     fn check_outputs<'a>(&'a self, curves: impl IntoIterator<Item = &'a PathBuf>) -> Result<()> {
         let others = self.arm.iter().chain(&self.report);
         let inputs = [&self.record].into_iter().chain(&self.template).chain(&self.validate);
-        prepare(inputs, curves, others)
+        prepare(inputs.chain(self.chain.given()), curves, others)
     }
 
     /// The names of columns.
@@ -316,6 +324,7 @@ impl Arguments {
             velocity: self.velocity.clone(),
             reference: self.reference.clone(),
             at_motor: false,
+            prismatic: self.prismatic,
         }
     }
 
@@ -341,13 +350,13 @@ impl Arguments {
         Ok(written)
     }
 
-    fn settings(&self) -> Settings {
+    fn settings(&self, prismatic: bool) -> Settings {
         let mut extras = Vec::new();
         extras.extend(self.gravity.then_some(Extra::Gravity));
         extras.extend(self.spring.then_some(Extra::Spring));
         Settings {
             extras,
-            prismatic: self.prismatic,
+            prismatic,
             motor_inertia: self.motor_inertia,
             level: self.band,
         }

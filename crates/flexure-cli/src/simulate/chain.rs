@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow, bail};
 use flexure::error::{IntegrationFailure, SimulationError};
-use flexure::manipulator::chain::{Base, Chain, ChainPreset, ChainSimulation, DrivenChain, RotorCoupling};
+use flexure::manipulator::chain::{Chain, ChainPreset, ChainSimulation};
 use flexure::text::{counted, list, short, shown_path};
 use flexure::{Error, Record};
-use flexure_io::arm::{ChainFile, chain_file_of_toml, is_chain};
-use flexure_io::urdf::{UrdfOptions, parse_urdf};
+use flexure_io::arm::{chain_file_of_toml, is_chain};
+use flexure_io::urdf::parse_urdf;
 use flexure_io::{check_computed, read_record, write_record};
 use flexure_workbench::chains::motion_page;
 use serde_json::json;
@@ -21,6 +21,7 @@ use crate::arguments::{self, Usage};
 use crate::files::{prepare, write_text, wrote};
 use crate::output::{print, this_command};
 use crate::progress::Progress;
+use crate::robot;
 
 /// How a chain is run.
 #[derive(clap::Args, Default)]
@@ -69,39 +70,21 @@ impl ChainArguments {
 
 /// The chain's preset that the arguments name.
 pub fn preset(arguments: &Arguments) -> Option<ChainPreset> {
-    let name = arguments.preset.as_ref()?;
-    ChainPreset::ALL.into_iter().find(|preset| preset.name() == *name)
+    arguments.preset.as_deref().and_then(robot::preset)
 }
 
 /// A preset's chain.
 pub fn of_preset(preset: ChainPreset, arguments: &Arguments) -> Result<Machine> {
     not_urdf(arguments, "a preset")?;
-    rigid(Chain::new(&preset.parameters())?)
-}
-
-/// A chain with rigid joints.
-fn rigid(chain: Chain) -> Result<Machine> {
-    let chain = DrivenChain::new(chain, &[], RotorCoupling::None)?;
-    Ok(Machine(ChainFile::Chain(chain)))
+    Ok(Machine(robot::rigid(Chain::new(&preset.parameters())?)?))
 }
 
 /// The chain, or flexible arm, of a file; `None` where that is a two-link arm's.
 pub fn of_file(arguments: &Arguments, source: &Source) -> Result<Option<Machine>> {
-    let is_urdf = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("urdf"));
-    if arguments.arm.as_ref().is_some_and(is_urdf) {
-        let ground = UrdfOptions::default();
-        let options = UrdfOptions {
-            base: match arguments.chain.free_base {
-                true => Base::Free,
-                false => ground.base,
-            },
-            gravity: match arguments.chain.no_gravity {
-                true => [0.0; 3],
-                false => ground.gravity,
-            },
-        };
+    if arguments.arm.as_deref().is_some_and(robot::is_urdf) {
+        let options = robot::urdf_options(arguments.chain.free_base, arguments.chain.no_gravity);
         let chain = parse_urdf(&source.text, source.name.as_ref(), &options)?;
-        return Ok(Some(rigid(chain)?));
+        return Ok(Some(Machine(robot::rigid(chain)?)));
     }
     if !is_chain(&source.text) {
         return Ok(None);

@@ -61,7 +61,7 @@ pub struct Arguments {
 }
 
 /// The name of a preset of an arm or a chain.
-fn arm_or_chain(name: &str) -> Result<String, String> {
+pub fn arm_or_chain(name: &str) -> Result<String, String> {
     match ChainPreset::ALL.iter().any(|preset| preset.name() == name) {
         true => Ok(name.to_owned()),
         false => known_preset(name).map_err(|error| {

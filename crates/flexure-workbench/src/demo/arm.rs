@@ -74,6 +74,7 @@ impl BothJoints {
                 motor: Some(column(motor)?),
                 position: column(link)?,
                 velocity: None,
+                load: None,
             })
         };
         let [first, second] = COLUMNS;

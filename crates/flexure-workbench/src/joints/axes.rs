@@ -7,7 +7,7 @@ use flexure::text::readable;
 use flexure_report::data::{JointPage, Table};
 use serde_json::{Value, json};
 
-use super::row::{COLUMNS, Quantity, Row};
+use super::row::{COLUMNS, DRIVE, Quantity, Row};
 use super::{Curves, Joint, Trial, Units};
 use crate::lines::{Lines, Tone};
 
@@ -24,10 +24,20 @@ pub struct IdentifiedAxis {
     pub remark: Option<String>,
 }
 
+/// An axis to identify.
+#[derive(Debug, Clone)]
+pub struct NamedAxis {
+    /// What distinguishes it.
+    pub name: String,
+    /// Whether it moves along a line.
+    pub prismatic: bool,
+}
+
 /// One of several axes.
 pub struct Axis {
     /// What distinguishes it.
     pub name: String,
+    prismatic: bool,
     /// What was found, or why nothing was.
     pub identified: Result<IdentifiedAxis>,
 }
@@ -36,27 +46,26 @@ pub struct Axis {
 pub struct Axes {
     /// The log's name.
     log: String,
-    units: Units,
     /// The axes, in the order in which they were asked for.
     pub axes: Vec<Axis>,
 }
 
 impl Axes {
-    /// Identifies the axes of these names, one after the other; `prismatic` applies to all of them.
+    /// Identifies the axes, one after the other.
     ///
     /// # Errors
     /// If no axis can be identified.
     pub fn new(
         log: &str,
-        prismatic: bool,
-        names: &[String],
-        identify: impl Fn(usize, &str) -> Result<IdentifiedAxis>,
+        axes: Vec<NamedAxis>,
+        identify: impl Fn(usize, &NamedAxis) -> Result<IdentifiedAxis>,
     ) -> Result<Axes> {
-        let axis = |(i, name): (usize, &String)| Axis {
-            name: name.clone(),
-            identified: identify(i, name),
+        let axis = |(i, axis): (usize, NamedAxis)| Axis {
+            identified: identify(i, &axis),
+            prismatic: axis.prismatic,
+            name: axis.name,
         };
-        let axes: Vec<Axis> = names.iter().enumerate().map(axis).collect();
+        let axes: Vec<Axis> = axes.into_iter().enumerate().map(axis).collect();
         if axes.iter().all(|axis| axis.identified.is_err()) {
             let each = axes.iter().filter_map(|axis| {
                 let error = axis.identified.as_ref().err()?;
@@ -69,7 +78,6 @@ impl Axes {
         }
         Ok(Axes {
             log: log.to_owned(),
-            units: Units::of(prismatic),
             axes,
         })
     }
@@ -98,10 +106,11 @@ impl Axes {
         lines.headline(self.tone(), self.headline());
         let mut rows = vec![self.columns()];
         rows.extend(self.rows());
-        lines.table(&rows, &[0, COLUMNS.len() + 1]);
+        let last = rows[0].len() - 1;
+        lines.table(&rows, &[0, last]);
         for axis in &self.axes {
             let label = format!("axis {}:", axis.name);
-            for (tone, text) in axis.notes(&self.units) {
+            for (tone, text) in axis.notes() {
                 lines.marked(tone, &label, text);
             }
         }
@@ -112,9 +121,11 @@ impl Axes {
     pub fn page(&self) -> JointPage {
         let overview = Table {
             title: "All axes".to_owned(),
-            text: "Each axis is identified alone. Friction is that of Coulomb and viscous friction with an offset; the sections below have \
-                   the curves and the other forms. “Cannot tell” stands for what the data do not determine."
-                .to_owned(),
+            text: format!(
+                "Each axis is identified {}. Friction is that of Coulomb and viscous friction with an offset; the sections below have the \
+                 curves and the other forms. “Cannot tell” stands for what the data do not determine.",
+                self.how()
+            ),
             columns: self.columns(),
             rows: self.rows().collect(),
             chosen: None,
@@ -160,9 +171,26 @@ impl Axes {
         let identified = self.axes.iter().filter(|axis| axis.identified.is_ok()).count();
         let holds = self.axes.iter().filter(|axis| axis.holds()).count();
         format!(
-            "{identified} of {} axes identified, each alone; {holds} of them move in simulation as measured",
-            self.axes.len()
+            "{identified} of {} axes identified, each {}; {holds} of them move in simulation as measured",
+            self.axes.len(),
+            self.how()
         )
+    }
+
+    /// How each axis was taken: alone, or as a joint of a chain.
+    fn how(&self) -> String {
+        let found = self.axes.iter().filter_map(|axis| axis.identified.as_ref().ok());
+        let chain = found.filter_map(|found| found.joint.of_chain()).next();
+        chain.map_or_else(|| "alone".to_owned(), |chain| format!("as a joint of {}", chain.name()))
+    }
+
+    /// The columns of the table that some axis has.
+    fn shown(&self) -> Vec<usize> {
+        let has_drive = |axis: &Axis| {
+            (axis.identified.as_ref()).is_ok_and(|found| found.row().quantities[DRIVE] != Quantity::Absent)
+        };
+        let drives = self.axes.iter().any(has_drive);
+        (0..COLUMNS.len()).filter(|&i| i != DRIVE || drives).collect()
     }
 
     fn tone(&self) -> Tone {
@@ -178,9 +206,13 @@ impl Axes {
 
     /// The names of the table's columns.
     fn columns(&self) -> Vec<String> {
-        let columns = COLUMNS.iter().map(|column| match column.unit(&self.units) {
-            unit if unit.is_empty() => column.name.to_owned(),
-            unit => format!("{}, {unit}", column.name),
+        let any = |prismatic: bool| self.axes.iter().any(|axis| axis.prismatic == prismatic);
+        let columns = self.shown().into_iter().map(|i| &COLUMNS[i]).map(|column| {
+            let [turning, sliding] = [false, true].map(|prismatic| column.unit(&Units::of(prismatic)));
+            match any(true) && any(false) && turning != sliding {
+                true => format!("{}, {turning} ({sliding})", column.name),
+                false => format!("{}, {}", column.name, if any(true) { sliding } else { turning }),
+            }
         });
         let first = std::iter::once("axis".to_owned());
         first.chain(columns).chain(["verdict".to_owned()]).collect()
@@ -188,7 +220,8 @@ impl Axes {
 
     /// The table's rows.
     fn rows(&self) -> impl Iterator<Item = Vec<String>> {
-        self.axes.iter().map(|axis| {
+        let shown = self.shown();
+        self.axes.iter().map(move |axis| {
             let (quantities, verdict) = match &axis.identified {
                 Ok(found) => {
                     let row = found.row();
@@ -197,6 +230,7 @@ impl Axes {
                 Err(_) => (COLUMNS.each_ref().map(|_| Quantity::Absent.text()), "not identified"),
             };
             let name = std::iter::once(readable(&axis.name));
+            let quantities = shown.iter().map(|&i| quantities[i].clone());
             name.chain(quantities).chain([verdict.to_owned()]).collect()
         })
     }
@@ -214,7 +248,8 @@ impl Axis {
     }
 
     /// Notes on the axis: on its columns, then its findings; or its error.
-    fn notes(&self, units: &Units) -> Vec<(Tone, String)> {
+    fn notes(&self) -> Vec<(Tone, String)> {
+        let units = &Units::of(self.prismatic);
         match &self.identified {
             Err(error) => vec![(Tone::Bad, format!("{error:#}"))],
             Ok(found) => {
@@ -227,7 +262,8 @@ impl Axis {
                     let text = later.text(found.joint.log(), units);
                     (tone, format!("{}: {text}", later.outcome()))
                 });
-                notes.chain(later).collect()
+                let chain = found.joint.of_chain().map(|chain| (Tone::Plain, chain.text(units)));
+                chain.into_iter().chain(notes).chain(later).collect()
             }
         }
     }

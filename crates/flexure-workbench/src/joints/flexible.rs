@@ -6,9 +6,11 @@ use flexure_report::data::JointPage;
 use serde_json::{Value, json};
 
 use super::arm_file::{self, Place, StartedArm};
+use super::chain::OfChain;
 use super::curves::{curve_json, curve_record, range_text};
 use super::outcome::Outcome;
 use super::row::Row;
+use super::simulation::Fit;
 use super::text::{
     Units, estimate, fitted_json, formula, inertia_json, inertia_text, lack_text, nearness, titled, with_error,
     write_findings, write_others, write_parameters,
@@ -23,10 +25,34 @@ pub struct Flexible {
     pub log: Log,
 }
 
+impl Flexible {
+    /// The simulated motion of a log with these velocities of the link, where gravity or a chain acts.
+    fn motion(&self, log: &Log, velocity: &[f64]) -> Motion {
+        let axis = &log.axes[0];
+        let motor = axis.motor.as_deref().map_or(axis.position[0], |motor| motor[0]);
+        let start = [motor, axis.position[0], velocity[0], velocity[0]];
+        let position: Vec<f64> = self
+            .axis
+            .replay(&axis.torque, axis.load(), start)
+            .iter()
+            .map(|[_, link]| *link)
+            .collect();
+        let slopes =
+            |x: &[f64]| -> Vec<f64> { x.windows(2).map(|pair| (pair[1] - pair[0]) / log.sample_time).collect() };
+        Motion {
+            drive: "under the recorded torque",
+            fit: Fit::new(&axis.position, &position),
+            velocity_fit_percent: Fit::new(&velocity[..velocity.len() - 1], &slopes(&position)).percent,
+            position,
+        }
+    }
+}
+
 impl Joint for Flexible {
     fn json(&self) -> Value {
         let mut object = axis_json(&self.axis);
         object["joint"] = json!("flexible");
+        object["chain"] = self.of_chain().map(|chain| chain.json()).into();
         object
     }
 
@@ -43,9 +69,9 @@ impl Joint for Flexible {
     }
 
     fn simulate(&self, log: &Log, velocities: &[&[f64]], _: Option<AxisDrive>) -> Result<Vec<Motion>> {
-        // An arm file has no gravity, and without it the joint would move differently.
-        if !self.axis.link.extras.is_empty() {
-            return Ok(Vec::new());
+        // The simulated arm has no gravity and no chain.
+        if !self.axis.link.extras.is_empty() || log.axes[0].load.is_some() {
+            return Ok(vec![self.motion(log, velocities[0])]);
         }
         let StartedArm { arm, initial } = arm_file::alone(&self.axis, log, velocities);
         Ok(simulation::motions(arm, initial, log, velocities)?)
@@ -68,6 +94,9 @@ impl Joint for Flexible {
         let inertia = format!("link inertia {}", inertia_text(axis.link.inertia, &Units::of(false)));
         Outcome::new(trial, [forms(axis)], &axis.link.findings).write_headline("Flexible joint", &inertia, &mut lines);
         lines.item("log", format!("{} samples of {}", log.samples(), log.name));
+        if let Some(chain) = self.of_chain() {
+            lines.item("chain", chain.text(&Units::of(false)));
+        }
         write_axis(axis, "link inertia", trial.motions.first(), "torque", &mut lines);
         trial.write_later(log, &Units::of(false), &mut lines);
         lines
@@ -99,6 +128,10 @@ impl Joint for Flexible {
 
     fn findings(&self) -> Vec<&Finding> {
         self.axis.link.findings.iter().collect()
+    }
+
+    fn of_chain(&self) -> Option<OfChain<'_>> {
+        OfChain::new(&self.log.axes[0], self.axis.link.chain)
     }
 
     fn row(&self, trial: &Trial) -> Row {

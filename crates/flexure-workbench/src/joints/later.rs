@@ -231,6 +231,7 @@ impl AxisLog {
             position: &self.position,
             motor: self.motor.as_deref(),
             velocity: self.velocity.as_deref(),
+            load: self.load(),
             sample_time,
         }
     }

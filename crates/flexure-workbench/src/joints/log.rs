@@ -8,6 +8,7 @@ use flexure::identify::robot_joint::gear_ratio;
 use flexure::text::{exact, number};
 use flexure_io::RecordFile;
 
+use super::chain::AxisLoad;
 use crate::Spelling;
 use crate::preparation::conversion;
 
@@ -57,6 +58,8 @@ pub struct AxisLog {
     pub motor: Option<Vec<f64>>,
     /// The velocity of a rigid axis, where it is logged.
     pub velocity: Option<Vec<f64>>,
+    /// What the chain adds of which it is a joint.
+    pub load: Option<AxisLoad>,
 }
 
 impl Log {

@@ -5,6 +5,7 @@
 
 mod arm_file;
 mod axes;
+mod chain;
 mod curves;
 mod flexible;
 mod later;
@@ -20,8 +21,8 @@ mod two_link;
 use anyhow::{Context as _, Result, bail};
 use flexure::Record;
 use flexure::identify::robot_joint::{
-    AxisDrive, Estimated, Extra, Finding, FlexibleJoint, IdentifiedJoint, NeededTorque, RigidJoint, TwoLinkArm,
-    TwoLinkLog,
+    AxisDrive, Estimated, Extra, Finding, FlexibleJoint, IdentifiedJoint, JointLoad, NeededTorque, RigidJoint,
+    TwoLinkArm, TwoLinkLog,
 };
 use flexure::text::shown_path;
 use flexure_io::RecordFile;
@@ -30,12 +31,14 @@ use serde_json::Value;
 
 use crate::Spelling;
 use crate::lines::Lines;
+use chain::OfChain;
 use flexible::Flexible;
 use rigid::Rigid;
 use row::Row;
 
 pub use arm_file::{Place, recorded};
-pub use axes::{Axes, Axis, IdentifiedAxis, MOST_AXES};
+pub use axes::{Axes, Axis, IdentifiedAxis, MOST_AXES, NamedAxis};
+pub use chain::AxisLoad;
 pub use later::{Later, LaterLog, Trial};
 pub use log::{AxisLog, Log, in_unit, written_ratio};
 pub use simulation::{Fit, Motion};
@@ -150,6 +153,11 @@ pub trait Joint: Send + Sync {
     /// What to know before trusting it, of every axis.
     fn findings(&self) -> Vec<&Finding>;
 
+    /// How it fits the chain of which it is a joint; `None` for a joint alone.
+    fn of_chain(&self) -> Option<OfChain<'_>> {
+        None
+    }
+
     /// A single joint as a row of a table; for an arm, its shoulder.
     fn row(&self, trial: &Trial) -> Row;
 }
@@ -211,12 +219,18 @@ pub(crate) fn arm(axes: [&AxisLog; 2], sample_time: f64, settings: &Settings) ->
 }
 
 impl AxisLog {
+    /// What the chain adds of which it is a joint.
+    fn load(&self) -> Option<&JointLoad> {
+        self.load.as_ref().map(|of| &of.load)
+    }
+
     fn identify(&self, sample_time: f64, settings: &Settings) -> flexure::Result<IdentifiedJoint> {
         let Some(motor) = &self.motor else {
             let joint = RigidJoint {
                 position: &self.position,
                 torque: &self.torque,
                 velocity: self.velocity.as_deref(),
+                load: self.load(),
                 sample_time,
                 extras: &settings.extras,
                 level: settings.level,
@@ -227,6 +241,7 @@ impl AxisLog {
             motor,
             link: &self.position,
             torque: &self.torque,
+            load: self.load(),
             sample_time,
             motor_inertia: settings.motor_inertia,
             level: settings.level,

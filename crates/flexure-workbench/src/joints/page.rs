@@ -8,6 +8,7 @@ use flexure_report::data::{
     Axis, Comparison, Fact, JointCurve, JointPage, Nonlinearity, ParameterTable, Prediction, Scatter,
 };
 
+use super::chain::OfChain;
 use super::curves::{gaps_caption, with_gaps};
 use super::flexible::{at_motor, forms};
 use super::outcome::Outcome;
@@ -42,7 +43,10 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, trial: &Trial) -> Joint
             Fact::new("Distance of the best form", distance, from),
             samples(log),
         ],
-        warnings: warnings(&axis.findings).chain(advice(trial)).collect(),
+        warnings: of_chain(log, axis, units)
+            .chain(warnings(&axis.findings))
+            .chain(advice(trial))
+            .collect(),
         curves: vec![JointCurve::new(
             "Friction",
             format!(
@@ -75,7 +79,10 @@ pub fn flexible(axis: &FlexibleAxis, log: &Log, trial: &Trial) -> JointPage {
         .chain(axis.damping.map(|c| inertia("Damping of the joint", c, "N m s/rad")))
         .chain([samples(log)])
         .collect(),
-        warnings: warnings(&axis.link.findings).chain(advice(trial)).collect(),
+        warnings: of_chain(log, &axis.link, &units)
+            .chain(warnings(&axis.link.findings))
+            .chain(advice(trial))
+            .collect(),
         curves: joint_curves(axis, ""),
         tables: tables(axis, &units, "").collect(),
         motions: comparisons(log, 0, &axis.link.reconstructed, trial, &units, ""),
@@ -243,6 +250,12 @@ fn inertia(name: &str, value: Estimated, unit: &str) -> Fact {
 /// Text of the terminal with the signs of a page.
 fn typeset(text: &str) -> String {
     text.replace("^2", "²").replace("^3", "³")
+}
+
+/// How the axis fits the chain of which it is a joint.
+fn of_chain(log: &Log, axis: &RigidAxis, units: &Units) -> impl Iterator<Item = String> {
+    let chain = OfChain::new(&log.axes[0], axis.chain);
+    chain.map(|chain| capitalised(&chain.text(units))).into_iter()
 }
 
 /// The warnings about a result. A torque that is held from sample to sample is normal and needs none.

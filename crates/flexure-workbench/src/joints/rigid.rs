@@ -8,6 +8,7 @@ use flexure_report::data::JointPage;
 use serde_json::{Value, json};
 
 use super::arm_file::{self, Place};
+use super::chain::OfChain;
 use super::curves::{curve_json, curve_record, range_text};
 use super::outcome::Outcome;
 use super::row::Row;
@@ -73,6 +74,7 @@ impl Joint for Rigid {
             "highest_frequency": axis.highest,
             "encoder_skew": axis.stiff.map(|stiff| stiff.clock_offset),
             "compliance": axis.stiff.map(|stiff| stiff.compliance),
+            "chain": self.of_chain().map(|chain| chain.json()),
             "findings": axis.findings.iter().map(ToString::to_string).collect::<Vec<_>>(),
         })
     }
@@ -90,7 +92,8 @@ impl Joint for Rigid {
     }
 
     fn simulate(&self, log: &Log, velocities: &[&[f64]], position_loop: Option<AxisDrive>) -> Result<Vec<Motion>> {
-        let torque = AxisDrive::Torque(&log.axes[0].torque);
+        let torque = log.axes[0].free_torque();
+        let torque = AxisDrive::Torque(&torque);
         let motion = |drive, name| self.motion(log, velocities[0][0], drive, name);
         let mut motions = vec![motion(torque, "under the recorded torque")];
         motions.extend(position_loop.map(|drive| motion(drive, "in the position loop")));
@@ -116,6 +119,9 @@ impl Joint for Rigid {
         );
         lines.item("log", format!("{} samples of {}", log.samples(), log.name));
         lines.item("inertia", format!("{inertia}, beside the free friction curve"));
+        if let Some(chain) = self.of_chain() {
+            lines.item("chain", chain.text(&units));
+        }
         let velocity = format!("{}/s", units.position);
         lines.item("friction", range_text(&axis.friction.band, &velocity));
         for extra in &axis.extras {
@@ -167,6 +173,10 @@ impl Joint for Rigid {
 
     fn findings(&self) -> Vec<&Finding> {
         self.axis.findings.iter().collect()
+    }
+
+    fn of_chain(&self) -> Option<OfChain<'_>> {
+        OfChain::new(&self.log.axes[0], self.axis.chain)
     }
 
     fn row(&self, trial: &Trial) -> Row {

@@ -38,9 +38,13 @@ const fn column(name: &'static str, key: &'static str, kind: Kind) -> Column {
     Column { name, key, kind }
 }
 
+/// The number of the drive's inertia among the columns: only joints of a chain have it.
+pub const DRIVE: usize = 1;
+
 /// The columns between the axis's name and its verdict.
-pub const COLUMNS: [Column; 6] = [
+pub const COLUMNS: [Column; 7] = [
     column("inertia", "inertia", Kind::Inertia),
+    column("of the drive", "drive_inertia", Kind::Inertia),
     column("viscous", "viscous", Kind::Curve([1, -1], false)),
     column("Coulomb", "coulomb", Kind::Curve([1, 0], false)),
     column("offset", "offset", Kind::Curve([1, 0], false)),
@@ -102,7 +106,15 @@ impl Row {
             None => [Quantity::Absent; 2],
             Some(stiff) => [stiffness_of(stiff), milliseconds(stiff.clock_offset)],
         };
-        Row::new(axis.inertia, &axis.friction, of_joint, outcome)
+        let drive = axis
+            .chain
+            .map_or(Quantity::Absent, |chain| Quantity::positive(chain.beside_links));
+        Row::new(
+            [Quantity::positive(axis.inertia), drive],
+            &axis.friction,
+            of_joint,
+            outcome,
+        )
     }
 
     /// The row of a flexible joint, with the values of its link.
@@ -113,16 +125,25 @@ impl Row {
         };
         let linear = form(&axis.stiffness, FormName::LinearStiffness, "a2");
         let of_joint = [Quantity::of_parameter(linear), skew];
-        Row::new(axis.link.inertia, &axis.link.friction, of_joint, outcome)
+        let drive = axis
+            .link
+            .chain
+            .map_or(Quantity::Absent, |_| Quantity::positive(axis.motor_inertia));
+        Row::new(
+            [Quantity::positive(axis.link.inertia), drive],
+            &axis.link.friction,
+            of_joint,
+            outcome,
+        )
     }
 
-    fn new(inertia: Estimated, friction: &IdentifiedCurve, of_joint: [Quantity; 2], outcome: &Outcome) -> Row {
+    fn new(inertias: [Quantity; 2], friction: &IdentifiedCurve, of_joint: [Quantity; 2], outcome: &Outcome) -> Row {
         let of_friction = |symbol| Quantity::of_parameter(form(friction, FormName::CoulombViscous, symbol));
         let [viscous, coulomb, offset] = ["Fv", "Fc", "F0"].map(of_friction);
-        let [stiffness, skew] = of_joint;
+        let ([inertia, drive], [stiffness, skew]) = (inertias, of_joint);
         let (verdict, holds) = outcome.word();
         Row {
-            quantities: [Quantity::positive(inertia), viscous, coulomb, offset, stiffness, skew],
+            quantities: [inertia, drive, viscous, coulomb, offset, stiffness, skew],
             verdict,
             holds,
         }
@@ -131,7 +152,9 @@ impl Row {
     /// The row as JSON: `null` for quantities that the axis does not have, no value for those that the data do not determine.
     pub fn json(&self) -> Value {
         let cells = COLUMNS.iter().zip(&self.quantities);
+        let is_alone = self.quantities[DRIVE] == Quantity::Absent;
         let mut object: serde_json::Map<String, Value> = cells
+            .filter(|(column, _)| !(is_alone && column.key == COLUMNS[DRIVE].key))
             .map(|(column, quantity)| (column.key.to_owned(), quantity_json(*quantity, column.kind)))
             .collect();
         object.insert("verdict".to_owned(), json!(self.verdict));

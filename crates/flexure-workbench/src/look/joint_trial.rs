@@ -57,6 +57,7 @@ impl Assumed {
                 position: column(joint.position, angle, 1.0)?,
                 motor: motor.transpose()?,
                 velocity: None,
+                load: None,
             })
         };
         Ok(Log {

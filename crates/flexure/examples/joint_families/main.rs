@@ -73,6 +73,7 @@ fn identified(family: &Family, noise: &Noise, seed: u64) -> flexure::Result<Iden
         motor: &log.motor,
         link: &log.link,
         torque: &log.torque,
+        load: None,
         sample_time: log.sample_time,
         motor_inertia: None,
         level: 0.95,

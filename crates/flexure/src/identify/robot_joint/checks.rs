@@ -1,6 +1,7 @@
 //! Checks of a joint's log: refusals and warnings.
 
 use super::basis::range;
+use super::chain_load::JointLoad;
 use super::finding::Finding;
 use super::limits::{
     CLIPPED_RUN, CLIPPED_SHARE, FEWEST_PLATEAUS, FEWEST_REVERSALS, FEWEST_SAMPLES, MOST_DIFFERENT, MOST_TURNS, ONE_WAY,
@@ -32,15 +33,31 @@ pub(super) fn usable(samples: usize, angles: &[Named], others: &[Named], sample_
     for (name, column) in angles.iter().chain(others) {
         usable_column(name, column, samples)?;
     }
-    if !(sample_time > 0.0 && sample_time.is_finite()) {
-        let requirement = "positive and finite, in s";
-        return Err(Error::parameter("the sample time", sample_time, requirement));
-    }
+    positive_step(sample_time)?;
     angles.iter().try_for_each(|(name, angle)| unwrapped(name, angle))
+}
+
+fn positive_step(sample_time: f64) -> Result<()> {
+    match sample_time > 0.0 && sample_time.is_finite() {
+        true => Ok(()),
+        false => {
+            let requirement = "positive and finite, in s";
+            Err(Error::parameter("the sample time", sample_time, requirement))
+        }
+    }
 }
 
 /// Refuses a column that cannot be used at all.
 fn usable_column(name: &str, samples: &[f64], length: usize) -> Result<()> {
+    known_column(name, samples, length)?;
+    if samples.iter().all(|v| *v == samples[0]) {
+        return Err(Error::constant(name, samples[0]));
+    }
+    Ok(())
+}
+
+/// Refuses a column that is too short, of another length than the others, or not finite.
+fn known_column(name: &str, samples: &[f64], length: usize) -> Result<()> {
     if samples.len() != length {
         return Err(Error::length(name, samples.len(), length));
     }
@@ -51,11 +68,19 @@ fn usable_column(name: &str, samples: &[f64], length: usize) -> Result<()> {
             length,
         ));
     }
-    check_values(name, samples)?;
-    if samples.iter().all(|v| *v == samples[0]) {
-        return Err(Error::constant(name, samples[0]));
-    }
-    Ok(())
+    check_values(name, samples).map(|_| ())
+}
+
+/// Refuses a load of another length than the log.
+pub(super) fn load(load: Option<&JointLoad>, samples: usize) -> Result<()> {
+    load.map_or(Ok(()), |load| known_column("load", &load.torque, samples))
+}
+
+/// Refuses the positions of a joint of a chain that cannot be used; it may stay where it is.
+pub(super) fn position_in_chain(joint: &str, q: &[f64], length: usize, sample_time: f64) -> Result<()> {
+    known_column(joint, q, length)?;
+    positive_step(sample_time)?;
+    unwrapped(joint, q)
 }
 
 /// Refuses an angle that jumps by a turn, in rad or degrees.

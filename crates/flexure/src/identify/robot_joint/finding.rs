@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::outcome::{Effect, StiffJoint};
+use super::outcome::{Effect, Estimated, StiffJoint};
 use crate::text::{counted, decimal, number, percent, with_error};
 
 /// Something to know before trusting the result; its text names a remedy.
@@ -82,6 +82,18 @@ pub enum Finding {
         /// That of the simulation.
         simulation: f64,
     },
+    /// The load of the chain fits better if it counts more or less than once.
+    LoadFactor {
+        /// How many times it counts.
+        factor: Estimated,
+    },
+    /// The inertia contradicts that of the chain's links.
+    OtherLinks {
+        /// What was found, kg m^2 (kg).
+        found: Estimated,
+        /// The mean inertia of the links.
+        links: f64,
+    },
     /// An angle goes through several turns.
     ManyTurns {
         /// The range from its smallest to its largest value.
@@ -107,6 +119,7 @@ impl Finding {
             Finding::FastTimeConstant { .. } => Some("inertia and friction cannot be separated"),
             Finding::DifferentAngles { .. } => Some("motor and link have angles of different scales"),
             Finding::OtherInertia { .. } => Some("the motion is simulated with another inertia"),
+            Finding::LoadFactor { .. } | Finding::OtherLinks { .. } => Some("the log contradicts the chain's inertias"),
             Finding::ManyTurns { .. } => Some("an angle may be in degrees"),
             _ => None,
         }
@@ -176,6 +189,19 @@ impl fmt::Display for Finding {
                  or excite faster motions",
                 number(equations),
                 number(simulation)
+            ),
+            Finding::LoadFactor { factor } => write!(
+                f,
+                "the load of the chain, gravity and the other joints, fits best if it counts {} times: check the masses of the chain, a load \
+                 at its tip that it does not have, and the torque's unit and sign",
+                with_error(factor.value, factor.standard_error)
+            ),
+            Finding::OtherLinks { found, links } => write!(
+                f,
+                "the inertia is {}, but the links of the chain have {} about this joint, on average: check their inertias, and the torque's \
+                 unit",
+                with_error(found.value, found.standard_error),
+                number(links)
             ),
             Finding::NoFlexibility {
                 deflection,

@@ -1,29 +1,29 @@
 //! A flexible joint: motor and link inertia, stiffness and friction from both angles and the torque.
 //!
-//! $$ \tau = J_m \ddot q_m + \kappa(d), \qquad 0 = \kappa(d) - M \ddot q - f(\dot q), \qquad \kappa(d) = k(d)\, d. $$
+//! $$ \tau = J_m \ddot q_m + \kappa(d), \qquad L = \kappa(d) - M \ddot q - f(\dot q), \qquad \kappa(d) = k(d)\, d. $$
+//!
+//! L is a known load on the link, zero if nothing else acts.
 //!
 //! The motor's equation alone determines kappa; the sum of both equations determines M and f. Both together, each line with the weight of
 //! its noise, determine all of them best: the second equation has no torque, and so no torque noise.
 
+use super::chain_load::{ChainFit, JointLoad};
 use super::checks;
-use super::clock_offset::Clocks;
 use super::effects::radii;
 use super::explanations::{Explained, explained};
 use super::finding::Finding;
+use super::flexible_outcome::AxisParts;
 use super::fourier::Modulation;
-use super::free_outcome::{FreeOutcome, torque_band};
-use super::joint_forms::{JointForms, JointPlace};
+use super::free_outcome::FreeOutcome;
+use super::joint_forms::JointPlace;
 use super::joint_signals::JointSignals;
 use super::limits::{DISAGREE, STOP_RADII_OF_ANGLE};
 use super::motion::{self, Motion, modulation_of};
-use super::outcome::{
-    Effect, Estimated, FlexibleAxis, IdentifiedCurve, IdentifiedJoint, JointModel, RigidAxis, StiffJoint,
-};
-use super::rigid::{RigidJoint, extra_parameters};
+use super::outcome::{Effect, Estimated, FlexibleAxis, IdentifiedCurve, IdentifiedJoint, JointModel, StiffJoint};
+use super::rigid::RigidJoint;
 use super::smooth::Reflected;
 use super::stretches::{FormedJoint, Logged};
 use crate::error::{DataError, Error, Result};
-use crate::linear::correlation::mean_square;
 
 /// The log of a flexible joint, and known values.
 ///
@@ -33,6 +33,7 @@ use crate::linear::correlation::mean_square;
 /// | `torque` | N m on the link's side | finite, not constant, as long |
 /// | `sample_time` | s | positive |
 /// | `motor_inertia` | kg m^2 on the link's side, if known | positive |
+/// | `load` | of the other joints of a chain; `None` for a joint alone | as long |
 /// | `level` | of the bands | between 0 and 1 |
 #[derive(Debug, Clone, Copy)]
 pub struct FlexibleJoint<'a> {
@@ -46,6 +47,8 @@ pub struct FlexibleJoint<'a> {
     pub sample_time: f64,
     /// The motor's inertia, if it is known.
     pub motor_inertia: Option<f64>,
+    /// What gravity and the other joints of a chain add to the torque on the link.
+    pub load: Option<&'a JointLoad>,
     /// The level of the bands.
     pub level: f64,
 }
@@ -64,6 +67,7 @@ impl FlexibleJoint<'_> {
         let angles = [("motor", self.motor), ("link", self.link)];
         let torque = [("torque", self.torque)];
         checks::log(self.link.len(), &angles, &torque, self.sample_time, self.level)?;
+        checks::load(self.load, self.link.len())?;
         match self.motor_inertia {
             Some(value) if !(value > 0.0 && value.is_finite()) => {
                 let requirement = "positive and finite, in kg m^2";
@@ -85,6 +89,7 @@ impl FlexibleJoint<'_> {
         };
         let motion = Motion {
             motor_inertia: self.motor_inertia.map(known),
+            load: self.load,
             ..Motion::new(self.motor, self.link, self.torque, self.sample_time)
         };
         let motions = [motion];
@@ -157,6 +162,7 @@ impl FlexibleJoint<'_> {
             link: &link,
             velocities: [&joint.v_motor, &joint.v],
             torque: &clocks.held_torque(motion),
+            load: motion::between(motion.load, motion.link.len()),
             step: motion.step,
         };
         let unknown = motion.motor_inertia.is_none();
@@ -200,6 +206,7 @@ impl FlexibleJoint<'_> {
             velocity: None,
             sample_time: self.sample_time,
             extras: &[],
+            load: self.load,
             level: self.level,
         }
         .identify()?;
@@ -249,170 +256,20 @@ impl FlexibleJoint<'_> {
             forms,
             model,
         };
-        parts.axis(&outcome)
-    }
-}
-
-/// The parts of a flexible joint's result in addition to the free curves.
-pub(super) struct AxisParts<'a> {
-    pub motion: &'a Motion<'a>,
-    pub joint: &'a JointSignals<'a>,
-    pub clocks: &'a Clocks,
-    /// The other effects, for a single joint.
-    pub explained: Option<&'a Explained>,
-    pub place: JointPlace,
-    pub motor_inertia: Estimated,
-    pub link_inertia: Estimated,
-    pub forms: JointForms,
-    pub model: JointModel,
-    /// The torque for the motor's inertia at every sample.
-    pub rotor_torque: Vec<f64>,
-    /// The torque for the links' inertias.
-    pub link_torque: Vec<f64>,
-}
-
-/// The torques of a joint at every sample, from the log and the solution of its equations.
-struct Torques {
-    /// Of the spring, with what acts beside it.
-    elastic: Vec<f64>,
-    /// What is left for each curve when all others are subtracted.
-    of_stiffness: Vec<f64>,
-    of_friction: Vec<f64>,
-    of_motor: Vec<f64>,
-    /// The motor's torque as the solution has it.
-    reconstructed: Vec<f64>,
-}
-
-impl AxisParts<'_> {
-    /// The result; `None` if not even the simplest forms can be fitted.
-    pub fn axis(self, outcome: &FreeOutcome) -> Option<FlexibleAxis> {
-        let motion = self.motion;
-        let JointPlace {
-            stiffness,
-            friction,
-            motor_friction,
-            ..
-        } = self.place;
-        let torques = self.torques(outcome);
-        let findings = self.findings(self.memories(outcome, &torques.elastic));
-        let secant = outcome.band(stiffness);
-        let at_motor = match motor_friction {
-            Some(curve) => {
-                let band = outcome.band(curve);
-                Some(outcome.identified(curve, band, self.forms.motor_friction, torques.of_motor)?)
-            }
-            None => None,
-        };
-        let factor_of = |effect: Effect| self.joint.factors_of(Some(effect)).map(|i| outcome.factor(i));
-        let of_friction = torques.of_friction;
-        Some(FlexibleAxis {
-            motor_inertia: self.motor_inertia,
-            by_equations: None,
-            stiffness: outcome.identified(
-                stiffness,
-                torque_band(&secant),
-                self.forms.stiffness,
-                torques.of_stiffness,
-            )?,
-            secant,
-            link: RigidAxis {
-                stiff: None,
-                polished: None,
-                inertia: self.link_inertia,
-                friction: outcome.identified(friction, outcome.band(friction), self.forms.friction, of_friction)?,
-                extras: extra_parameters(
-                    &[("gravity cos", [1, 0]), ("gravity sin", [1, 0])],
-                    factor_of(Effect::Gravity),
-                ),
-                cut_off: Some(motion.link_noise.cut_off()),
-                highest: outcome.highest(),
-                sample_time: motion.step,
-                reconstructed: torques.reconstructed,
-                findings,
-            },
-            damping: factor_of(Effect::Damping).next(),
-            motor_friction: at_motor,
-            effects: self.explained.map_or_else(Vec::new, |e| e.effects.clone()),
-            competing: self.explained.map_or_else(Vec::new, |e| e.competing.clone()),
-            model: self.model,
-            clock_offset: Estimated {
-                value: self.clocks.link_offset.value,
-                standard_error: self.clocks.link_offset.standard_error,
-            },
-        })
-    }
-
-    /// The torque of two effects at every sample.
-    fn torque_of(&self, outcome: &FreeOutcome, effects: [Effect; 2]) -> Vec<f64> {
-        let n = outcome.values[self.place.stiffness].len();
-        self.joint.torque_of(&outcome.solved.factors(), effects, n)
-    }
-
-    fn torques(&self, outcome: &FreeOutcome) -> Torques {
-        let kappa = &outcome.values[self.place.stiffness];
-        let beside_spring = self.torque_of(outcome, [Effect::Damping, Effect::HystereticSpring]);
-        let on_link = self.torque_of(outcome, [Effect::Gravity, Effect::Presliding]);
-        let sum = |parts: &[(&[f64], f64)]| -> Vec<f64> {
-            let at = |i: usize| parts.iter().map(|(torque, sign)| sign * torque[i]).sum();
-            (0..kappa.len()).map(at).collect()
-        };
-        let none = vec![0.0; kappa.len()];
-        let at_motor = self.place.motor_friction.map_or(&none, |curve| &outcome.values[curve]);
-        let (torque, rotor) = (self.motion.torque, &self.rotor_torque);
-        let elastic = sum(&[(kappa, 1.0), (&beside_spring, 1.0)]);
-        Torques {
-            of_stiffness: sum(&[(torque, 1.0), (rotor, -1.0), (at_motor, -1.0), (&beside_spring, -1.0)]),
-            of_friction: sum(&[(&elastic, 1.0), (&self.link_torque, -1.0), (&on_link, -1.0)]),
-            of_motor: sum(&[(torque, 1.0), (rotor, -1.0), (&elastic, -1.0)]),
-            reconstructed: sum(&[(&elastic, 1.0), (rotor, 1.0), (at_motor, 1.0)]),
-            elastic,
-        }
-    }
-
-    /// The effects with a memory, and the size of each one's torque as a share of the spring's.
-    fn memories(&self, outcome: &FreeOutcome, elastic: &[f64]) -> Vec<(Effect, f64)> {
-        let memories = [Effect::HystereticSpring, Effect::Presliding].into_iter();
-        let acting = memories.filter(|effect| self.explained.is_some_and(|e| e.effects.contains(effect)));
-        let share = |effect| {
-            let missed = self.torque_of(outcome, [effect; 2]);
-            (effect, mean_square(&missed).sqrt() / mean_square(elastic).sqrt())
-        };
-        acting.map(share).collect()
-    }
-
-    /// The findings about the log.
-    fn findings(&self, memories: Vec<(Effect, f64)>) -> Vec<Finding> {
-        let motion = self.motion;
-        let competing = self.explained.map_or(&[][..], |explained| &explained.competing);
-        let mut findings = Vec::new();
-        let ratio = checks::different_angles(motion.motor, motion.link);
-        findings.extend(ratio.map(|ratio| Finding::DifferentAngles { ratio }));
-        findings.extend(checks::clipped(motion.torque));
-        findings.extend(checks::motion(&self.joint.v, motion.velocity_resolution()));
-        let unresolved = [motion.motor_noise, motion.link_noise]
-            .into_iter()
-            .find(|noise| noise.unresolved);
-        findings.extend(unresolved.map(|noise| Finding::SampledTooSlowly {
-            step: motion.step,
-            band: noise.band,
-        }));
-        findings.extend(self.clocks.findings().filter(|finding| {
-            let skewed = matches!(finding, Finding::EncoderClocks { .. });
-            !(skewed && competing.contains(&Effect::EncoderSkew))
-        }));
-        if !competing.is_empty() {
-            findings.push(Finding::Competing {
-                effects: competing.to_vec(),
-            });
-        }
-        findings.extend(
-            memories
-                .into_iter()
-                .filter(|(effect, _)| !competing.contains(effect))
-                .map(|(effect, share)| Finding::Memory { effect, share }),
-        );
-        findings.extend(checks::in_degrees(&[motion.motor, motion.link]));
-        findings
+        let mut axis = parts.axis(&outcome)?;
+        axis.link.chain = motion.load.map(|load| {
+            // The load stands on the right of the link's equation.
+            let missing = system.factor_of(&free, vec![None, Some(joint.load.iter().map(|v| -v).collect())]);
+            ChainFit::new(load, link_inertia, missing)
+        });
+        let findings = axis
+            .link
+            .chain
+            .iter()
+            .flat_map(|chain| chain.findings(link_inertia, true))
+            .collect::<Vec<_>>();
+        axis.link.findings.extend(findings);
+        Some(axis)
     }
 }
 

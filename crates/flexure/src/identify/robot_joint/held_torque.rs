@@ -14,7 +14,7 @@ use super::equations::Equations;
 use super::finding::Finding;
 use super::limits::{PASSAGES_AGAIN, STRIBECK_VELOCITIES};
 use super::passages::{Law, Near, Passage};
-use super::rigid::{INERTIA, RigidJoint, Signals};
+use super::rigid::{INERTIA, RigidJoint, Signals, without};
 
 /// The ways to act that are compared.
 const ACTINGS: [Acting; 4] = [
@@ -106,7 +106,8 @@ impl Signals {
 
     /// Takes the torque and the passages of an explanation.
     fn explain(&mut self, joint: &RigidJoint, acting: Acting, passages: Vec<Passage>) {
-        self.torque = acting.lines(&self.modulation, joint.torque, self.step);
+        let torque = acting.lines(&self.modulation, joint.torque, self.step);
+        self.torque = without(torque, self.load.as_ref());
         if !passages.is_empty() {
             let mut resting = vec![0.0; joint.torque.len()];
             passages.iter().for_each(|p| resting[p.sample] = p.resting_torque);
@@ -198,8 +199,8 @@ impl Signals {
     fn simulated(&self, joint: &RigidJoint, acting: Acting, law: Law, offset: f64, factors: &[f64]) -> Vec<Passage> {
         let last = joint.torque.len() - 1;
         let drive = |time: f64| {
-            let torque = acting.at(joint.torque, time);
             let nearest = (time.round() as usize).min(last);
+            let torque = acting.at(joint.torque, time) - joint.load_at(nearest);
             let extras = self.extras.iter().zip(&factors[INERTIA + 1..]);
             let others: f64 = extras.map(|(extra, factor)| factor * extra.values[nearest]).sum();
             [torque, torque - others - offset]

@@ -1,8 +1,8 @@
 //! The equations of motion of a flexible joint.
 //!
-//! $$ \tau = J_m \ddot q_m + \kappa(d), \qquad 0 = \kappa(d) - M \ddot q - f(\dot q). $$
+//! $$ \tau = J_m \ddot q_m + \kappa(d), \qquad L = \kappa(d) - M \ddot q - f(\dot q). $$
 //!
-//! with the other effects on the joint: columns and a further curve of the [`effects`](super::effects).
+//! with a known load L on the link, and the other effects on the joint: columns and a further curve of the [`effects`](super::effects).
 
 use super::column_noise::{AbscissaNoise, Noisy};
 use super::compliance::Deflection;
@@ -36,6 +36,8 @@ pub(super) struct JointSignals<'a> {
     pub known_inertia: Option<f64>,
     /// The torque for the standard error of a known inertia of the motor, if it has one.
     pub given: Option<Lines>,
+    /// The known torque that the link bears besides; zeros if there is none.
+    pub load: Lines,
     /// Minus the link's acceleration.
     pub link: Lines,
     /// The spectra of the encoders' noise in the accelerations of motor and link.
@@ -101,6 +103,10 @@ impl<'a> JointSignals<'a> {
         let encoder = |sd: f64| modulation.omega.iter().map(|w| (sd * w * w).powi(2)).collect();
         JointSignals {
             deflection: motion.deflection(link),
+            load: match motion.load {
+                Some(load) => modulation.of(&load.torque),
+                None => vec![Complex::new(0.0, 0.0); modulation.len()],
+            },
             squared: vec![1.0; modulation.len()],
             shared: modulation.omega.iter().map(|w| w * w).collect(),
             variances: [motion.motor_noise.sd, motion.link_noise.sd].map(|sd| sd * sd),
@@ -255,7 +261,7 @@ impl<'a> JointSignals<'a> {
         System {
             modulation: self.modulation,
             factors: columns.map(|c| vec![Some(c.clone())]).collect(),
-            right: vec![self.torque.clone()],
+            right: vec![difference(&self.torque, &self.load)],
             noisy: self.noisy([0, 0]),
             given: Vec::new(),
             encoder_noise: Box::new(move |x| vec![of_inertia(&self.encoder[1], x[link])]),
@@ -268,7 +274,7 @@ impl<'a> JointSignals<'a> {
         System {
             modulation: self.modulation,
             factors: vec![vec![Some(self.link.clone())]],
-            right: vec![kappa.iter().map(|v| -v).collect()],
+            right: vec![difference(&self.load, kappa)],
             noisy: vec![Noisy::square(0, 0, &self.encoder[1])],
             given: Vec::new(),
             encoder_noise: Box::new(|x| vec![of_inertia(&self.encoder[1], x[0])]),
@@ -283,7 +289,6 @@ impl<'a> JointSignals<'a> {
         // The link's noise has a negative sign in the deflection, and a positive sign in the link's column, minus its acceleration.
         let with_link = self.shared_noise(link, 1, -self.variances[1]);
         let noise = self.deflection_noise(&[0, 1], self.shared_with_motor().into_iter().chain([with_link]));
-        let zero = vec![Complex::new(0.0, 0.0); self.torque.len()];
         let acting = self.acting.iter().flat_map(|acting| acting.columns.iter().cloned());
         let inertias = motor.into_iter().chain([vec![None, Some(self.link.clone())]]);
         let factors: Vec<Column> = inertias.chain(acting).chain(self.resting.iter().cloned()).collect();
@@ -299,7 +304,7 @@ impl<'a> JointSignals<'a> {
         System {
             modulation: self.modulation,
             factors,
-            right: vec![self.torque.clone(), zero],
+            right: vec![self.torque.clone(), self.load.clone()],
             noisy: self.noisy([0, 1]),
             given: self.given.iter().map(|motor| vec![Some(motor.clone()), None]).collect(),
             encoder_noise: Box::new(move |x| {
@@ -384,6 +389,11 @@ impl<'a> JointSignals<'a> {
 /// The spectrum of the torque of an inertia due to an acceleration's noise.
 pub(super) fn of_inertia(spectrum: &[f64], inertia: f64) -> Vec<f64> {
     spectrum.iter().map(|e| inertia.powi(2) * e).collect()
+}
+
+/// The difference of two columns.
+fn difference(of: &Lines, without: &[Complex<f64>]) -> Lines {
+    of.iter().zip(without).map(|(a, b)| a - b).collect()
 }
 
 /// The sum of columns, each times its factor.

@@ -43,7 +43,9 @@ impl Kinks {
         let on_link = joint.torque_of(&factors, [Effect::Gravity, Effect::Presliding], n);
         let elastic = |i: usize| value(0, i) + beside_spring[i];
         let inertia = factors[joint.link_factor()];
-        let of_link = (0..n).map(|i| (elastic(i) - value(1, i) - on_link[i]) / inertia);
+        let of_link = (0..n).map(|i| {
+            (elastic(i) - value(1, i) - on_link[i] - motion.load.map_or(0.0, |load| load.torque[i])) / inertia
+        });
         let kinks_of = |velocity: &[f64], acceleration: Vec<f64>, resolution: f64, noise: Noise| {
             kinks(velocity, acceleration, resolution, noise.cut_off(), motion.step)
         };

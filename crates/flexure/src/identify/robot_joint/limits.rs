@@ -315,3 +315,11 @@ pub const POLISH_DIFFERS: f64 = 3.0;
 /// Periods of the cut-off at both ends of a motion in which its acceleration is not known, but at most one sample in so many.
 pub const ENDS: f64 = 2.0;
 pub const LONGEST_ENDS: usize = 10;
+
+// The load of a chain.
+
+/// A chain is contradicted by this many standard errors, and if the load's factor is off by this, or the links' inertia by this share of it.
+/// Conventions: inertias of CAD files are known to some percent.
+pub const CHAIN_ERRORS: f64 = 4.0;
+pub const LOAD_OFF: f64 = 0.03;
+pub const LINKS_OFF: f64 = 0.05;

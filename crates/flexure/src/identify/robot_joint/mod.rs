@@ -42,6 +42,7 @@
 //! | [`RigidJoint`] | position and torque: a rigid axis |
 //! | [`FlexibleJoint`] | motor and link position and torque: a flexible joint |
 //! | [`TwoLinkLog`] | both motor and link angles and torques: a two-link arm with its coupling |
+//! | [`JointLoad`] | what gravity and the other joints of a chain add, for both |
 //! | [`RigidAxis`], [`FlexibleAxis`], [`TwoLinkArm`] | the results |
 //! | [`Effect`] | further effects of a joint: friction at the motor, damping, late samples, gravity, memory |
 //! | [`Finding`] | what to know before trusting them |
@@ -57,6 +58,7 @@
 //! | `smooth.rs` | the noise of an encoder from its spectrum; zero-phase smoothing; shifts by a part of a sample |
 //! | `fourier.rs` | modulated Fourier integrals: derivatives without differentiating |
 //! | `motion.rs` | a log with the noise of its encoders, and the frequencies of the equations |
+//! | `chain_load.rs` | the load that gravity and the other joints of a chain are for a joint |
 //! | `compliance.rs` | whether the joint is flexible |
 //! | `stiff.rs` | the difference between motor and link if it is nearly all an offset of the clocks |
 //! | `clock_offset.rs`, `clocks.rs` | offsets of the clocks of torque and encoders, and how they are estimated |
@@ -72,6 +74,7 @@
 //! | `condensed.rs`, `form_fit.rs` | the search in equations condensed to inner products, and the fit in the equations themselves |
 //! | `lack_of_fit.rs`, `profile.rs` | the test of a form; intervals by the likelihood's profile |
 //! | `parameters.rs`, `joint_forms.rs` | which parameters the data determine; the forms of all curves together |
+//! | `flexible_outcome.rs` | the result of a flexible joint from the solution |
 //! | `outcome.rs`, `finding.rs` | the results, with the names of the effects, and what to know before trusting them |
 //! | `replay.rs`, `polish.rs` | the simulated motion of an identified axis; the parameters refined by its error |
 //! | `stretches.rs` | the motor's inertia of a flexible joint from stretches of its simulated motion |
@@ -86,6 +89,7 @@ mod acting;
 mod basis;
 mod bursts;
 mod candidates;
+mod chain_load;
 mod checks;
 mod clock_offset;
 mod clocks;
@@ -99,6 +103,7 @@ mod equations;
 mod explanations;
 mod finding;
 mod flexible;
+mod flexible_outcome;
 mod form_fit;
 mod forms;
 mod fourier;
@@ -132,6 +137,7 @@ mod two_link;
 #[cfg(test)]
 mod tests;
 
+pub use chain_load::{ChainFit, JointLoad};
 pub use checks::gear_ratio;
 pub use finding::Finding;
 pub use flexible::FlexibleJoint;

@@ -1,5 +1,6 @@
 //! A flexible joint's log with what its spectra show, and the frequencies of the equations of motion.
 
+use super::chain_load::JointLoad;
 use super::checks;
 use super::equations::Lines;
 use super::fourier::Modulation;
@@ -56,8 +57,23 @@ pub(super) struct Motion<'a> {
     pub motor_inertia: Option<Estimated>,
     pub motor_noise: Noise,
     pub link_noise: Noise,
+    /// What the other joints of a chain add to the torque on the link.
+    pub load: Option<&'a JointLoad>,
     /// The link that carries the motor, if that moves.
     pub carrier: Option<Carrier<'a>>,
+}
+
+/// A load from each sample to the next; zeros without one.
+pub(super) fn between(load: Option<&JointLoad>, samples: usize) -> Vec<f64> {
+    let Some(JointLoad { torque, .. }) = load else {
+        return vec![0.0; samples];
+    };
+    let next = torque.iter().skip(1).chain(torque.last());
+    torque
+        .iter()
+        .zip(next)
+        .map(|(here, next)| 0.5 * (here + next))
+        .collect()
 }
 
 /// The link that carries a motor.
@@ -77,6 +93,7 @@ impl<'a> Motion<'a> {
             motor_inertia: None,
             motor_noise: Noise::of(motor, step),
             link_noise: Noise::of(link, step),
+            load: None,
             carrier: None,
         }
     }

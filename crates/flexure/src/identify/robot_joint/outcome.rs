@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::chain_load::ChainFit;
 use super::finding::Finding;
 use super::forms::{FormName, ParametricCurve};
 use super::limits::{LARGEST_ERROR, REFUTED};
@@ -280,6 +281,8 @@ pub struct RigidAxis {
     pub stiff: Option<StiffJoint>,
     /// The best form refined by the error of its free run, if the axis can be simulated under its recorded torque.
     pub polished: Option<Polished>,
+    /// How the load of a chain fits the log, if the axis is one of its joints.
+    pub chain: Option<ChainFit>,
     /// The findings about the log.
     pub findings: Vec<Finding>,
 }

@@ -1,8 +1,9 @@
 //! The torque that an identified joint needs for a motion: that of its own log, or of another log of the same joint.
 //!
-//! A rigid axis needs $M \ddot q + f(\dot q)$ and its position-dependent torques. Of a flexible joint, the equations of motor and link are
+//! A rigid axis needs $M \ddot q + f(\dot q)$, its position-dependent torques and its load. Of a flexible joint, the equations of motor and link are
 //! added: the torque of the spring cancels, and with it the noise of the deflection.
 
+use super::chain_load::JointLoad;
 use super::checks;
 use super::finding::Finding;
 use super::limits::{ENDS, LONGEST_ENDS};
@@ -17,6 +18,7 @@ use crate::error::Result;
 /// | `position` | rad (or m) | of a rigid axis, or of the link; finite, not constant, not wrapped; at least 200 samples |
 /// | `motor` | rad, on the link's side | of a flexible joint; as long |
 /// | `velocity` | rad/s (or m/s) | of a rigid axis, if it was measured; as long |
+/// | `load` | | of the other joints of a chain, for a joint that was identified with one; as long |
 /// | `sample_time` | s | positive |
 #[derive(Debug, Clone, Copy)]
 pub struct JointMotion<'a> {
@@ -26,6 +28,8 @@ pub struct JointMotion<'a> {
     pub motor: Option<&'a [f64]>,
     /// The velocity of a rigid axis, if it was measured.
     pub velocity: Option<&'a [f64]>,
+    /// What gravity and the other joints of a chain add.
+    pub load: Option<&'a JointLoad>,
     /// The sample time, s.
     pub sample_time: f64,
 }
@@ -104,7 +108,7 @@ impl RigidAxis {
         let position_dependent = self.position_torque(position);
         let torque = (0..position.len()).map(|i| {
             let friction = self.friction.torque(rates.velocity[i]);
-            self.inertia.value * rates.acceleration[i] + friction + position_dependent[i]
+            self.inertia.value * rates.acceleration[i] + friction + position_dependent[i] + motion.load_at(i)
         });
         Ok(NeededTorque {
             torque: late(torque.collect(), &self.findings, motion.sample_time),
@@ -143,7 +147,8 @@ impl FlexibleAxis {
             let inertias =
                 self.motor_inertia.value * of_motor.acceleration[i] + self.link.inertia.value * of_link.acceleration[i];
             let at_motor = (self.motor_friction.as_ref()).map_or(0.0, |curve| curve.torque(of_motor.velocity[i]));
-            inertias + at_motor + self.link.friction.torque(of_link.velocity[i]) + position_dependent[i]
+            let besides = position_dependent[i] + motion.load_at(i);
+            inertias + at_motor + self.link.friction.torque(of_link.velocity[i]) + besides
         });
         let curves = [(&self.link.friction, &of_link.velocity)].into_iter();
         let curves = curves.chain(self.motor_friction.as_ref().map(|curve| (curve, &of_motor.velocity)));
@@ -158,11 +163,17 @@ impl FlexibleAxis {
 }
 
 impl JointMotion<'_> {
+    /// The load at a sample; 0 without one.
+    fn load_at(&self, sample: usize) -> f64 {
+        self.load.map_or(0.0, |load| load.torque[sample])
+    }
+
     fn check(&self) -> Result<()> {
         let angles = [("position", Some(self.position)), ("motor", self.motor)];
         let angles: Vec<_> = angles.into_iter().filter_map(|(name, x)| Some((name, x?))).collect();
         let others: Vec<_> = self.velocity.map(|v| ("velocity", v)).into_iter().collect();
-        checks::usable(self.position.len(), &angles, &others, self.sample_time)
+        checks::usable(self.position.len(), &angles, &others, self.sample_time)?;
+        checks::load(self.load, self.position.len())
     }
 }
 

@@ -1,8 +1,11 @@
-//! A rigid axis in time: the simulated motion of an identified axis.
+//! An identified axis in time: its simulated motion.
 
+use super::chain_load::JointLoad;
 use super::forms::ParametricCurve;
 use super::limits::REPLAY_SUBSTEPS;
-use super::outcome::{Fitted, RigidAxis};
+use super::motion::between;
+use super::outcome::{Fitted, FlexibleAxis, RigidAxis};
+use super::stretches::{FormedJoint, Logged, Stretch};
 
 /// What moves the axis.
 #[derive(Debug, Clone, Copy)]
@@ -56,6 +59,42 @@ impl RigidAxis {
             let found = self.extras.iter().find(|e| e.symbol == symbol);
             found.map_or(0.0, |e| e.value)
         })
+    }
+}
+
+impl FlexibleAxis {
+    /// The angles of motor and link with the forms of the model, one pair a sample of the torque, which is held from sample to sample. They start
+    /// from these angles of motor and link, and these velocities of both.
+    ///
+    /// Leapfrog steps, eight a sample or more; dry friction takes what it can from the velocity, so that a body that sticks is at rest.
+    pub fn replay(&self, torque: &[f64], load: Option<&JointLoad>, start: [f64; 4]) -> Vec<[f64; 2]> {
+        let model = &self.model;
+        let extras: Vec<f64> = self.link.extras.iter().map(|extra| extra.value).collect();
+        let joint = FormedJoint {
+            inertias: [self.motor_inertia.value, model.friction.inertia.value],
+            damping: self.damping.map(|damping| damping.value),
+            gravity: extras.try_into().ok(),
+            stiffness: model.stiffness.curve.clone(),
+            friction: model.friction.curve.clone(),
+            motor_friction: model.motor_friction.as_ref().map(|form| form.curve.clone()),
+            turns_over: None,
+        };
+        let velocity = &self.link.friction.x;
+        let log = Logged {
+            motor: &[],
+            link: &[],
+            velocities: [velocity, velocity],
+            torque,
+            load: between(load, torque.len()),
+            step: self.link.sample_time,
+        };
+        let stretch = Stretch {
+            first: 0,
+            start,
+            turned: 0.0,
+        };
+        let drive = torque.iter().zip(&log.load).map(|(torque, load)| [*torque, *load]);
+        joint.angles(&stretch, drive, log.step, joint.substeps(&log))
     }
 }
 

@@ -1,9 +1,10 @@
 //! A rigid axis: inertia and friction from position and torque.
 //!
-//! $$ \tau = M \ddot q + f(\dot q) + g_c \cos q + g_s \sin q + k q $$
+//! $$ \tau = M \ddot q + f(\dot q) + g_c \cos q + g_s \sin q + k q + L(t) $$
 //!
-//! where the last three terms, gravity and a spring, are optional and f contains any offset.
+//! where gravity and a spring are optional, f contains any offset, and L is a known load, such as that of the other joints of a chain.
 
+use super::chain_load::{ChainFit, JointLoad};
 use super::checks;
 use super::column_noise::Noisy;
 use super::division::{RIGID_FRICTION, lowest};
@@ -44,6 +45,7 @@ pub enum Extra {
 /// | `velocity` | rad/s; derived by zero-phase smoothing if `None` | as long |
 /// | `sample_time` | s | positive |
 /// | `extras` | terms beyond inertia and friction | |
+/// | `load` | of the other joints of a chain; `None` for an axis alone | as long |
 /// | `level` | of the bands | between 0 and 1 |
 #[derive(Debug, Clone, Copy)]
 pub struct RigidJoint<'a> {
@@ -57,6 +59,8 @@ pub struct RigidJoint<'a> {
     pub sample_time: f64,
     /// Position-dependent terms.
     pub extras: &'a [Extra],
+    /// What gravity and the other joints of a chain add.
+    pub load: Option<&'a JointLoad>,
     /// The level of the bands.
     pub level: f64,
 }
@@ -79,6 +83,8 @@ pub(super) struct Signals {
     /// The cut-off of smoothing, Hz.
     pub cut_off: f64,
     pub torque: Lines,
+    /// The load.
+    pub load: Option<Lines>,
     acceleration: Lines,
     /// The standard deviation of the encoder's noise.
     pub encoder_sd: f64,
@@ -97,7 +103,8 @@ impl RigidJoint<'_> {
         let velocity = self.velocity.map(|v| ("velocity", v));
         let others: Vec<_> = [("torque", self.torque)].into_iter().chain(velocity).collect();
         let angles = [("position", self.position)];
-        checks::log(self.position.len(), &angles, &others, self.sample_time, self.level)
+        checks::log(self.position.len(), &angles, &others, self.sample_time, self.level)?;
+        checks::load(self.load, self.position.len())
     }
 
     /// Identifies the axis.
@@ -118,7 +125,7 @@ impl RigidJoint<'_> {
         axis.findings
             .retain(|finding| !self.is_limit(finding, &axis.reconstructed));
         let mut axis = axis.distrusted();
-        axis.polished = axis.polish(self.torque, self.position);
+        axis.polished = axis.polish(&self.free_torque(), self.position);
         let simulation = axis
             .polished
             .as_ref()
@@ -156,6 +163,20 @@ impl RigidJoint<'_> {
         [excess, bulge].iter().all(|sum| sum / value < CLIPPED_EXCESS * samples)
     }
 
+    /// The load at a sample; 0 without one.
+    pub(super) fn load_at(&self, sample: usize) -> f64 {
+        self.load.map_or(0.0, |load| load.torque[sample])
+    }
+
+    /// The torque without the load.
+    fn free_torque(&self) -> Vec<f64> {
+        self.torque
+            .iter()
+            .enumerate()
+            .map(|(i, torque)| torque - self.load_at(i))
+            .collect()
+    }
+
     fn signals(&self, noise: &Noise) -> Result<Signals> {
         let (q, step) = (self.position, self.sample_time);
         let modulation = modulation(q.len(), step, HIGHEST_RIGID, noise.band)?;
@@ -175,8 +196,10 @@ impl RigidJoint<'_> {
             ],
             Extra::Spring => vec![term("spring", [1, -1], |q| q)],
         });
+        let load = self.load.map(|load| modulation.of(&load.torque));
         Ok(Signals {
-            torque: modulation.of(self.torque),
+            torque: without(modulation.of(self.torque), load.as_ref()),
+            load,
             acceleration: modulation.of_acceleration(q),
             encoder: modulation.omega.iter().map(|w| (noise.sd * w * w).powi(2)).collect(),
             resolution: RESOLVED * noise.velocity_sd(step),
@@ -193,7 +216,7 @@ impl RigidJoint<'_> {
     /// The axis; `None` if the equations do not determine it.
     fn axis(&self, mut signals: Signals, noise: &Noise) -> Option<RigidAxis> {
         let weights = signals.weights(noise.band)?;
-        let sharpened = signals.sharpened(self.torque, &weights);
+        let sharpened = signals.sharpened(&self.free_torque(), &weights);
         if let Some(velocity) = sharpened.filter(|_| self.velocity.is_none()) {
             signals.velocity = velocity;
         }
@@ -208,7 +231,19 @@ impl RigidJoint<'_> {
         let system = signals.system();
         let free = signals.free_curve(&system, weights)?;
         let outcome = FreeOutcome::new(&system, &free, self.level)?;
-        self.outcome(signals, &outcome, noise)
+        let mut axis = self.outcome(signals, &outcome, noise)?;
+        axis.chain = self.load.map(|load| {
+            let torque = while_moving(load.torque.clone(), &signals.passages);
+            let missing = system.factor_of(&free, vec![Some(signals.modulation.of(&torque))]);
+            ChainFit::new(load, axis.inertia, missing)
+        });
+        let findings = axis
+            .chain
+            .iter()
+            .flat_map(|chain| chain.findings(axis.inertia, false))
+            .collect::<Vec<_>>();
+        axis.findings.extend(findings);
+        Some(axis)
     }
 
     /// The result; `None` if not even the simplest form can be fitted.
@@ -230,7 +265,7 @@ impl RigidJoint<'_> {
         let others = |i: usize| {
             let extras = signals.extras.iter().zip(&factors[1..]);
             let position_dependent: f64 = extras.map(|(extra, c)| c * extra.values[i]).sum();
-            factors[INERTIA] * acceleration[i] + position_dependent
+            factors[INERTIA] * acceleration[i] + position_dependent + self.load_at(i)
         };
         let partial = (0..curve.len()).map(|i| self.torque[i] - others(i)).collect();
         Some(RigidAxis {
@@ -250,6 +285,7 @@ impl RigidJoint<'_> {
             reconstructed: (0..curve.len()).map(|i| curve[i] + others(i)).collect(),
             stiff: None,
             polished: None,
+            chain: None,
             findings: self.findings(signals, noise, viscous.map(|v| factors[INERTIA] / v)),
         })
     }
@@ -322,6 +358,13 @@ impl Signals {
             noise,
         })
     }
+}
+
+/// A transformed torque without the load.
+pub(super) fn without(mut torque: Lines, load: Option<&Lines>) -> Lines {
+    let loads = load.into_iter().flatten();
+    torque.iter_mut().zip(loads).for_each(|(torque, load)| *torque -= load);
+    torque
 }
 
 /// Position-dependent terms of these symbols and units as parameters.

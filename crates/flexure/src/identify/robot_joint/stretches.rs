@@ -26,6 +26,8 @@ pub(super) struct Logged<'a> {
     pub velocities: [&'a [f64]; 2],
     /// The torque that acts from each sample to the next.
     pub torque: &'a [f64],
+    /// The known torque that the link bears besides, from each sample to the next.
+    pub load: Vec<f64>,
     pub step: f64,
 }
 
@@ -85,9 +87,15 @@ impl FormedJoint {
         sizes
     }
 
-    /// The angles at each sample under this torque. Leapfrog steps; in each one dry friction takes what it can from the velocity, so that a body
+    /// The angles at each sample under this torque and load. Leapfrog steps; in each one dry friction takes what it can from the velocity, so that a body
     /// that sticks is at rest.
-    fn angles(&self, stretch: &Stretch, torque: &[f64], step: f64, substeps: usize) -> Vec<[f64; 2]> {
+    pub fn angles(
+        &self,
+        stretch: &Stretch,
+        drive: impl Iterator<Item = [f64; 2]>,
+        step: f64,
+        substeps: usize,
+    ) -> Vec<[f64; 2]> {
         let h = step / substeps as f64;
         let [mut motor, mut link, mut v_motor, mut v] = stretch.start;
         let mut turned = stretch.turned;
@@ -98,8 +106,8 @@ impl FormedJoint {
         };
         let width = |curve: &ParametricCurve| SOFTENED * curve.width;
         let widths = [self.motor_friction.as_ref().map_or(0.0, width), width(&self.friction)];
-        let mut angles = Vec::with_capacity(torque.len());
-        for &torque in torque {
+        let mut angles = Vec::new();
+        for [torque, load] in drive {
             angles.push([motor, link]);
             for _ in 0..substeps {
                 (motor, link) = (motor + 0.5 * h * v_motor, link + 0.5 * h * v);
@@ -120,7 +128,7 @@ impl FormedJoint {
                     widths[0],
                     self.inertias[0],
                 );
-                v = after(v, spring - gravity - other, dry, widths[1], self.inertias[1]);
+                v = after(v, spring - gravity - load - other, dry, widths[1], self.inertias[1]);
                 (motor, link) = (motor + 0.5 * h * v_motor, link + 0.5 * h * v);
             }
         }
@@ -128,7 +136,7 @@ impl FormedJoint {
     }
 
     /// The steps a sample that follow the steepest friction apart from dry one.
-    fn substeps(&self, log: &Logged) -> usize {
+    pub fn substeps(&self, log: &Logged) -> usize {
         let rate = |curve: &ParametricCurve, v: &[f64], inertia: f64| {
             let near = SLOPE_STEP * v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
             let [above, below] = [near, -near].map(|v| curve.dry_and_other(v)[1]);
@@ -270,8 +278,8 @@ impl Search<'_> {
     /// The whitened errors of a stretch.
     pub fn errors(&self, joint: &FormedJoint, stretch: &Stretch, white: &Whitening) -> Vec<f64> {
         let range = stretch.first..stretch.first + self.length;
-        let torque = &self.log.torque[range.clone()];
-        let angles = joint.angles(stretch, torque, self.log.step, self.substeps);
+        let drive = range.clone().map(|i| [self.log.torque[i], self.log.load[i]]);
+        let angles = joint.angles(stretch, drive, self.log.step, self.substeps);
         let error = |(i, [motor, link]): (usize, [f64; 2])| {
             let (motor, link) = (motor - self.log.motor[i], link - self.log.link[i]);
             [white[0][0] * motor, white[1][0] * motor + white[1][1] * link]

@@ -18,6 +18,7 @@ use super::equations::{Column, Equations, Lines, Solution};
 use super::fourier::Modulation;
 use super::layout::Layout;
 use super::limits::{DIVISION_ROUNDS, JUMP_WIDTH};
+use super::outcome::Estimated;
 use super::passages::Passage;
 use crate::linalg::Complex;
 
@@ -266,6 +267,17 @@ impl<'a> System<'a> {
             solution: equations.solve()?,
             layout: self.layout(splines),
             equations,
+        })
+    }
+
+    /// The factor of one more column beside these free curves; `None` if the equations do not determine it.
+    pub fn factor_of(&self, free: &FreeCurves, column: Column) -> Option<Estimated> {
+        let equations = self.equations(&free.splines, &free.noise);
+        let last = equations.columns.len();
+        let solution = equations.with_column(column).solve()?;
+        Some(Estimated {
+            value: solution.x[last],
+            standard_error: solution.covariance.error(last),
         })
     }
 

@@ -9,6 +9,7 @@ use crate::Error;
 use crate::manipulator::{Arm, Drive, JointKind, SimulationOptions, simulate, space_arm};
 
 mod bad_logs;
+mod chains;
 mod prediction;
 mod presliding;
 mod reversals;
@@ -72,6 +73,7 @@ fn flexible<'a>([motor, link, torque]: &'a [Vec<f64>; 3]) -> FlexibleJoint<'a> {
         motor,
         link,
         torque,
+        load: None,
         sample_time: STEP,
         motor_inertia: None,
         level: 0.95,
@@ -91,6 +93,7 @@ fn rigid_axis([position, torque]: &[Vec<f64>; 2], sample_time: f64) -> RigidAxis
         position,
         torque,
         velocity: None,
+        load: None,
         sample_time,
         extras: &[],
         level: 0.95,
@@ -199,6 +202,7 @@ fn rigid<'a>(position: &'a [f64], torque: &'a [f64]) -> RigidJoint<'a> {
         position,
         torque,
         velocity: None,
+        load: None,
         sample_time: STEP,
         extras: &[],
         level: 0.95,

@@ -29,7 +29,7 @@ use crate::manipulator::checks;
 #[derive(Debug, Clone, PartialEq)]
 pub struct DrivenChain {
     chain: Chain,
-    drives: Vec<Drive>,
+    pub(super) drives: Vec<Drive>,
     coupling: RotorCoupling,
     flexible: usize,
 }

@@ -11,6 +11,7 @@
 //! | get the vibrations about rest | [`DrivenChain::linearised`], [`LinearisedChain::modes`] |
 //! | give its joints motors, springs and friction | [`DrivenChain`], [`ChainDrive`] |
 //! | make links beams that bend | [`segmented`], [`Beam`] |
+//! | get the motors' torques for a motion of the links | [`DrivenChain::needed_drives`] |
 //! | run it in time | [`simulate_chain`] |
 //! | take one that is ready to use | [`ChainPreset`] |
 //! | get energy and momentum | [`Chain::energy`], [`Chain::centroidal_momentum`] |
@@ -63,6 +64,7 @@ mod drives;
 mod drives_tests;
 mod linearised;
 mod model;
+mod needed;
 mod presets;
 mod problem;
 mod regressor;
@@ -88,6 +90,7 @@ pub use drives::{DrivenChain, DrivenData, DrivenState};
 pub(super) use linearised::check_rest;
 pub use linearised::{ChainMode, LinearisedChain, Motors};
 pub use model::{Base, Chain, ChainLink, ChainParameters, JointMotion, LinkInertia};
+pub use needed::{JointPath, NeededDrive};
 pub use presets::ChainPreset;
 pub use problem::ChainProblem;
 pub use regressor::INERTIAL_PARAMETERS;

@@ -37,6 +37,7 @@ fn motion<'a>(position: &'a [f64], motor: Option<&'a [f64]>) -> JointMotion<'a> 
         position,
         motor,
         velocity: None,
+        load: None,
         sample_time: STEP,
     }
 }

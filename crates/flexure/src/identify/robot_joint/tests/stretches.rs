@@ -74,6 +74,7 @@ fn a_stiff_joint_has_its_inertias_and_its_stiffness() {
             motor: &motor,
             link: &link,
             torque: &torque,
+            load: None,
             sample_time: 0.002,
             motor_inertia: None,
             level: 0.95,

@@ -1,6 +1,6 @@
 //! From the solution of an arm's equations to the result.
 
-use super::super::flexible::AxisParts;
+use super::super::flexible_outcome::AxisParts;
 use super::super::free_outcome::FreeOutcome;
 use super::super::joint_forms::JointPlace;
 use super::super::normal::Part;

@@ -1,0 +1,126 @@
+//! The axes of a chain: the positions of all its joints, and the load of each.
+
+use std::path::PathBuf;
+
+use anyhow::{Result, bail};
+use flexure::identify::robot_joint::JointLoad;
+use flexure::text::shown_path;
+use flexure_io::RecordFile;
+use flexure_workbench::joints::{AxisLoad, in_unit};
+
+use super::Arguments;
+use super::axes::AxisNames;
+use super::log::{Names, Quantity};
+use crate::arguments::Usage;
+use crate::robot::Robot;
+
+/// The chain whose joints are identified.
+#[derive(clap::Args)]
+pub struct ChainOptions {
+    /// Identify the joints of this chain of links: a URDF, a chain file, or a preset's name. Gravity and the other joints act on each axis
+    /// as the chain's inertias and the positions of all its joints say, which the log must have. {} in the names of columns stands for the
+    /// joint: its number from 1 on, or its name.
+    #[arg(
+        long,
+        value_name = "ROBOT.urdf",
+        conflicts_with_all = ["joint", "arm", "gravity", "prismatic", "reference", "motor_inertia"]
+    )]
+    chain: Option<PathBuf>,
+    /// No gravity acts on the URDF of --chain; without this option that of the ground does, z upwards.
+    #[arg(long, requires = "chain")]
+    no_gravity: bool,
+}
+
+impl ChainOptions {
+    /// The chain, if one is given.
+    pub fn robot(&self) -> Result<Option<Robot>> {
+        let read = |path: &PathBuf| Robot::read(path, self.no_gravity);
+        self.chain.as_ref().map(read).transpose()
+    }
+
+    /// Its file, or its name.
+    pub fn given(&self) -> Option<&PathBuf> {
+        self.chain.as_ref()
+    }
+}
+
+/// The joints of a chain as the axes of a log.
+pub struct AxesOfChain {
+    robot: Robot,
+    /// How columns name the joints, in the order of the chain.
+    names: Vec<String>,
+}
+
+impl AxesOfChain {
+    /// For these axes of a log, or all joints: by their numbers, or by their names as the axes or the columns of the file have them.
+    pub fn new(robot: Robot, axes: Option<&AxisNames>, given: &Names, file: &RecordFile) -> Self {
+        let joints = robot.chain.chain().joints();
+        let numbers: Vec<String> = (1..=joints.len()).map(|i| i.to_string()).collect();
+        let by_name = match axes {
+            Some(AxisNames(axes)) => axes.iter().any(|axis| joints.contains(axis)),
+            None => given
+                .position_of(&numbers[0], file)
+                .is_none_or(|column| !file.has(&column)),
+        };
+        let names = if by_name { joints.to_vec() } else { numbers };
+        AxesOfChain { robot, names }
+    }
+
+    /// All joints as axes.
+    pub fn all(&self) -> Vec<String> {
+        self.names.clone()
+    }
+
+    /// The joint that an axis is.
+    pub fn joint(&self, axis: &str) -> Result<usize, Usage> {
+        self.robot.joint(axis)
+    }
+
+    /// Whether the joint that an axis is slides.
+    pub fn prismatic(&self, axis: &str) -> bool {
+        let joint = self.joint(axis).ok();
+        joint.is_some_and(|i| self.robot.chain.chain().prismatic().nth(i) == Some(true))
+    }
+
+    /// What the chain adds to the torque of each joint in a log.
+    ///
+    /// # Errors
+    /// For a joint without a column of its position, and positions that cannot be used.
+    pub fn loads(&self, arguments: &Arguments, given: &Names, file: &RecordFile) -> Result<Vec<AxisLoad>> {
+        let chain = self.robot.chain.chain();
+        let mut columns = Vec::new();
+        let mut positions = Vec::new();
+        for ((joint, name), prismatic) in chain.joints().iter().zip(&self.names).zip(chain.prismatic()) {
+            let own = given.of_axis(name, file);
+            let before_gear = if own.at_motor { 1.0 / arguments.gear_ratio } else { 1.0 };
+            let column = own.position.or(own.link).unwrap_or_default();
+            if !file.has(&column) {
+                bail!(
+                    "{}: there is no column '{column}' of the joint '{joint}': the load of a joint depends on the positions of all joints of {}",
+                    shown_path(&file.path),
+                    self.robot.name
+                );
+            }
+            let (samples, _) = in_unit(file, &column, Quantity::Angle.unit(prismatic))?;
+            positions.push(samples.iter().map(|q| q * before_gear).collect::<Vec<f64>>());
+            columns.push(column);
+        }
+        let used: Vec<&str> = columns.iter().map(String::as_str).collect();
+        let sample_time = arguments.sample_time_of(file, &used)?;
+        let slices: Vec<&[f64]> = positions.iter().map(Vec::as_slice).collect();
+        let named = |name: &str| {
+            let joint = chain.joints().iter().position(|joint| joint == name)?;
+            Some(columns[joint].clone())
+        };
+        let loads = JointLoad::of_chain(chain, &slices, sample_time);
+        let loads = loads.map_err(|error| file.locate(error.with_columns(named)))?;
+        let each = loads.into_iter().zip(chain.joints());
+        Ok(each
+            .map(|(load, joint)| AxisLoad {
+                load,
+                chain: self.robot.name.clone(),
+                joint: joint.clone(),
+            })
+            .collect())
+    }
+}

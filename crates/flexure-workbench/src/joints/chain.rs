@@ -1,0 +1,93 @@
+//! The joints of a chain of links: what gravity and the other joints add to the torque of each.
+
+use flexure::identify::robot_joint::{ChainFit, JointLoad};
+use flexure::text::{percent, readable};
+use serde_json::{Value, json};
+
+use super::AxisLog;
+use super::text::{Units, inertia_json, inertia_text};
+use crate::text::number;
+
+/// What a chain adds to the torque of an axis.
+#[derive(Debug, Clone)]
+pub struct AxisLoad {
+    /// The torque, and the inertia of the links.
+    pub load: JointLoad,
+    /// The name of the chain: a file's name without its folder, or a preset's.
+    pub chain: String,
+    /// The name of the joint in the chain.
+    pub joint: String,
+}
+
+impl AxisLog {
+    /// The torque without what the chain adds.
+    pub(super) fn free_torque(&self) -> Vec<f64> {
+        let load = self.load.as_ref().map_or(&[][..], |of| &of.load.torque);
+        let load = load.iter().copied().chain(std::iter::repeat(0.0));
+        self.torque
+            .iter()
+            .zip(load)
+            .map(|(torque, load)| torque - load)
+            .collect()
+    }
+}
+
+/// How a chain fits the log of one of its joints.
+pub struct OfChain<'a> {
+    of: &'a AxisLoad,
+    fit: ChainFit,
+    /// The load's root mean square as a share of that of the torque.
+    share: f64,
+    flexible: bool,
+}
+
+impl<'a> OfChain<'a> {
+    /// Of an axis with this log; `None` if it is alone.
+    pub fn new(log: &'a AxisLog, fit: Option<ChainFit>) -> Option<Self> {
+        let (of, fit) = log.load.as_ref().zip(fit)?;
+        let squares = |x: &[f64]| x.iter().map(|value| value * value).sum::<f64>();
+        Some(OfChain {
+            share: (squares(&of.load.torque) / squares(&log.torque)).sqrt(),
+            flexible: log.motor.is_some(),
+            of,
+            fit,
+        })
+    }
+
+    /// The chain's name.
+    pub fn name(&self) -> &str {
+        &self.of.chain
+    }
+
+    /// As text: the load, and whose inertia was found.
+    pub fn text(&self, units: &Units) -> String {
+        let links = format!("{} {}", number(self.fit.links), units.inertia());
+        let inertia = match self.flexible {
+            true => format!("its links have an inertia of {links} about it, on average"),
+            false => format!(
+                "the inertia is {links} of the links, on average, and {} of the drive",
+                inertia_text(self.fit.beside_links, units)
+            ),
+        };
+        format!(
+            "joint {} of {}: gravity and the other joints have {} of the recorded {} (root mean square); {inertia}",
+            readable(&self.of.joint),
+            self.of.chain,
+            percent(self.share),
+            units.effort
+        )
+    }
+
+    /// As JSON.
+    pub fn json(&self) -> Value {
+        let drive = (!self.flexible).then(|| inertia_json(self.fit.beside_links));
+        json!({
+            "chain": self.of.chain,
+            "joint": self.of.joint,
+            "load_share": self.share,
+            "load_factor": self.fit.factor,
+            "links_inertia": self.fit.links,
+            "drive_inertia": drive,
+        })
+    }
+}
