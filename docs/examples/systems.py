@@ -132,6 +132,27 @@ def joint_log(duration=60.0, rate=100, seed=11, inertia=0.8, viscous=1.2, coulom
     return {"t": np.arange(n) / rate + jitter, "q": q + rng.normal(0, 1e-5, n), "v": v + rng.normal(0, 1e-3, n), "tau": torque}
 
 
+# Of the drives of a six-joint arm, seen from their links.
+DRIVES = {"inertia": [1.2, 1.5, 0.8, 0.2, 0.15, 0.1], "coulomb": [6, 8, 5, 2, 1.5, 1], "viscous": [8, 9, 6, 2, 1.5, 1]}
+
+
+def robot(reference, chain, seed=3):
+    """A log of a robot whose joints follow their references: the positions, and the torques that the links and the drives need."""
+    rng = np.random.default_rng(seed)
+    t = reference["t"]
+    q = np.column_stack([reference[f"r_{joint}"] for joint in chain.joints])
+    v = np.gradient(q, t, axis=0)
+    a = np.gradient(v, t, axis=0)
+    inertia, coulomb, viscous = (np.array(DRIVES[name]) for name in ("inertia", "coulomb", "viscous"))
+    tau = chain.inverse_dynamics(q, v, a) + inertia * a + coulomb * np.tanh(v / 0.01) + viscous * v
+    log = {"t": t}
+    for i in range(q.shape[1]):
+        log[f"q{i + 1}"] = q[:, i] + rng.normal(0, 1e-5, t.size)
+    for i in range(q.shape[1]):
+        log[f"tau{i + 1}"] = tau[:, i] + rng.normal(0, 0.02 * coulomb[i], t.size)
+    return log
+
+
 def fleet_of_joints(template, count=200, seed=13):
     """Arm files of so many joints by key, whose parameters lie anywhere within tolerances. Joint 057 has lost 30 % of its stiffness, and joint 148
     has twice the Coulomb friction."""

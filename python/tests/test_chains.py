@@ -197,3 +197,52 @@ def test_the_same_beam_of_elements_or_modes_is_a_flexible_arm(tmp_path):
     path.write_text(BEAM)
     with pytest.raises(flexure.ParameterError, match="no link is a beam of finite elements or modes"):
         flexure.FlexibleArm.from_toml(path)
+
+
+def _log(chain, columns, factor=1.0):
+    """A log of joints that follow sums of sines, whose drives have an inertia of 0.5 and friction of 3 tanh(200 v) + 4 v."""
+    rng = np.random.default_rng(5)
+    t = 0.002 * np.arange(8000)
+    phases = [2 * np.pi * np.outer(t, [f * (1 + 0.11 * joint) for f in (0.13, 0.41, 0.97)]) + joint for joint in range(chain.nv)]
+    sizes = np.array([0.5, 0.2, 0.08])
+    rates = [2 * np.pi * np.array([f * (1 + 0.11 * joint) for f in (0.13, 0.41, 0.97)]) for joint in range(chain.nv)]
+    q = np.column_stack([np.sin(phase) @ sizes for phase in phases])
+    v = np.column_stack([np.cos(phase) @ (sizes * rate) for phase, rate in zip(phases, rates, strict=True)])
+    a = -np.column_stack([np.sin(phase) @ (sizes * rate**2) for phase, rate in zip(phases, rates, strict=True)])
+    tau = factor * (chain.inverse_dynamics(q, v, a) + 0.5 * a + 3 * np.tanh(200 * v) + 4 * v)
+    log = {"t": t}
+    for i, column in enumerate(columns):
+        log[f"q{column}"] = q[:, i] + rng.normal(0, 1e-5, t.size)
+        log[f"tau{column}"] = tau[:, i] + rng.normal(0, 0.05, t.size)
+    return log
+
+
+def test_joints_of_a_chain_have_their_drives():
+    chain = flexure.Chain.preset("six-joint-arm")
+    by_number = flexure.identify_axes(_log(chain, range(1, 7)), [2, 5], chain=chain, position="q{}")
+    for axis in (2, 5):
+        row = by_number.rows[str(axis)]
+        for name, truth in [("drive_inertia", 0.5), ("coulomb", 3), ("viscous", 4)]:
+            assert row[name]["value"] == pytest.approx(truth, rel=0.02), (axis, name)
+    assert "each as a joint of the chain" in by_number.summary()
+    log = _log(chain, chain.joints, factor=1.25)
+    by_name = flexure.identify_axes(log, ["joint2"], chain=chain, position="q{}")
+    factor = by_name.result["axes"][0]["chain"]["load_factor"]["value"]
+    assert factor == pytest.approx(1.25, rel=0.04)
+    assert list(flexure.identify_axes(log, chain=chain, position="q{}").joints) == chain.joints
+
+
+def test_axes_that_are_no_joints_of_a_chain_are_refused():
+    chain = flexure.Chain.preset("six-joint-arm")
+    log = _log(chain, range(1, 7))
+    with pytest.raises(flexure.ParameterError, match="numbers from 1 to 6"):
+        flexure.identify_axes(log, [7], chain=chain, position="q{}")
+    with pytest.raises(flexure.ParameterError, match="the chain says them"):
+        flexure.identify_axes(log, [1], chain=chain, position="q{}", gravity=True)
+    with pytest.raises(flexure.ParameterError, match="give the axes"):
+        flexure.identify_axes(log, position="q{}")
+    del log["q5"]
+    with pytest.raises(flexure.DataError, match="q5"):
+        flexure.identify_axes(log, [2], chain=chain, position="q{}")
+    with pytest.raises(flexure.ParameterError, match="floats|base"):
+        flexure.identify_axes(_log(flexure.Chain.preset("seven-joint-arm"), range(1, 8)), [1], chain=flexure.Chain.preset("space-manipulator"), position="q{}")

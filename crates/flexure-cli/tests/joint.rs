@@ -4,6 +4,8 @@
 mod axes;
 #[path = "joint/cannot_tell.rs"]
 mod cannot_tell;
+#[path = "joint/chain.rs"]
+mod chain;
 mod common;
 #[path = "joint/geared.rs"]
 mod geared;

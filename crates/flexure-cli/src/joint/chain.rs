@@ -23,11 +23,12 @@ pub struct ChainOptions {
     #[arg(
         long,
         value_name = "ROBOT.urdf",
+        help_heading = "Joint",
         conflicts_with_all = ["joint", "arm", "gravity", "prismatic", "reference", "motor_inertia"]
     )]
     chain: Option<PathBuf>,
     /// No gravity acts on the URDF of --chain; without this option that of the ground does, z upwards.
-    #[arg(long, requires = "chain")]
+    #[arg(long, help_heading = "Joint", requires = "chain")]
     no_gravity: bool,
 }
 

@@ -89,7 +89,7 @@ fn axes_that_are_named_wrongly_are_refused() {
     folder.write("r.csv", "t,q1,tau1\n0,0,1\n0.1,0.1,2\n0.2,0.3,1\n");
     folder.misused(
         "joint r.csv --axis 1..2 --position q1 --torque tau{}",
-        "--position q1: with --axis, write {} where the name has the axis, as in --position q1{}",
+        "--position q1: with --axis or --chain, write {} where the name has the axis, as in --position q1{}",
     );
     for (axes, why) in [
         ("3..1", "begins with its smaller number"),

@@ -52,8 +52,7 @@ impl Joint for Flexible {
     fn json(&self) -> Value {
         let mut object = axis_json(&self.axis);
         object["joint"] = json!("flexible");
-        object["chain"] = self.of_chain().map(|chain| chain.json()).into();
-        object
+        self.with_chain(object)
     }
 
     fn log(&self) -> &Log {

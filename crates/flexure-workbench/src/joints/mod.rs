@@ -158,6 +158,14 @@ pub trait Joint: Send + Sync {
         None
     }
 
+    /// Its results with what it has to do with its chain, if it is a joint of one.
+    fn with_chain(&self, mut object: Value) -> Value {
+        if let Some(chain) = self.of_chain() {
+            object["chain"] = chain.json();
+        }
+        object
+    }
+
     /// A single joint as a row of a table; for an arm, its shoulder.
     fn row(&self, trial: &Trial) -> Row;
 }

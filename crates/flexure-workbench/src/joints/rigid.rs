@@ -61,7 +61,7 @@ impl Rigid {
 impl Joint for Rigid {
     fn json(&self) -> Value {
         let (axis, units) = (&self.axis, self.units());
-        json!({
+        let object = json!({
             "joint": "rigid",
             "inertia": inertia_json(axis.inertia),
             "inertia_unit": units.inertia(),
@@ -74,9 +74,9 @@ impl Joint for Rigid {
             "highest_frequency": axis.highest,
             "encoder_skew": axis.stiff.map(|stiff| stiff.clock_offset),
             "compliance": axis.stiff.map(|stiff| stiff.compliance),
-            "chain": self.of_chain().map(|chain| chain.json()),
             "findings": axis.findings.iter().map(ToString::to_string).collect::<Vec<_>>(),
-        })
+        });
+        self.with_chain(object)
     }
 
     fn log(&self) -> &Log {
