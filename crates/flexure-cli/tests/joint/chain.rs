@@ -123,7 +123,7 @@ fn the_joints_of_a_chain_have_their_drives_and_frictions() {
         axes[1]["chain"]
     );
     let page = folder.read("page.html");
-    assert!(page.contains("as a joint of six-joint-arm") && page.contains("gravity and the other joints have"));
+    assert!(page.contains("as a joint of six-joint-arm") && page.contains("Gravity and the other joints"));
 }
 
 #[test]

@@ -8,6 +8,7 @@ use flexure_report::data::{JointPage, Table};
 use serde_json::{Value, json};
 
 use super::row::{COLUMNS, DRIVE, Quantity, Row};
+use super::text::typeset;
 use super::{Curves, Joint, Trial, Units};
 use crate::lines::{Lines, Tone};
 
@@ -126,7 +127,7 @@ impl Axes {
                  curves and the other forms. “Cannot tell” stands for what the data do not determine.",
                 self.how()
             ),
-            columns: self.columns(),
+            columns: self.columns().iter().map(|name| typeset(name)).collect(),
             rows: self.rows().collect(),
             chosen: None,
             ends_in_text: true,
@@ -171,9 +172,10 @@ impl Axes {
         let identified = self.axes.iter().filter(|axis| axis.identified.is_ok()).count();
         let holds = self.axes.iter().filter(|axis| axis.holds()).count();
         format!(
-            "{identified} of {} axes identified, each {}; {holds} of them move in simulation as measured",
+            "{identified} of {} axes identified, each {}; {holds} {}",
             self.axes.len(),
-            self.how()
+            self.how(),
+            if holds == 1 { "holds" } else { "hold" }
         )
     }
 

@@ -2,10 +2,11 @@
 
 use flexure::identify::robot_joint::{ChainFit, JointLoad};
 use flexure::text::{percent, readable};
+use flexure_report::data::Fact;
 use serde_json::{Value, json};
 
 use super::AxisLog;
-use super::text::{Units, inertia_json, inertia_text};
+use super::text::{Units, inertia_json, inertia_text, typeset};
 use crate::text::number;
 
 /// What a chain adds to the torque of an axis.
@@ -76,6 +77,26 @@ impl<'a> OfChain<'a> {
             percent(self.share),
             units.effort
         )
+    }
+
+    /// As facts of a page.
+    pub fn facts(&self, units: &Units) -> Vec<Fact> {
+        let links = typeset(&format!("{} {}", number(self.fit.links), units.inertia()));
+        let of = format!("of joint {} of {}", self.of.joint, self.of.chain);
+        let inertia = match self.flexible {
+            true => Fact::new("Inertia of the links", links, format!("on average, {of}")),
+            false => {
+                let drive = typeset(&inertia_text(self.fit.beside_links, units));
+                Fact::new(
+                    "Inertia of the drive",
+                    drive,
+                    format!("beside {links} of the links, on average"),
+                )
+            }
+        };
+        let share = format!("of the recorded {}, root mean square, {of}", units.effort);
+        let load = Fact::new("Gravity and the other joints", percent(self.share), share);
+        vec![inertia, load]
     }
 
     /// As JSON.

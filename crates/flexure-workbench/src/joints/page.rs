@@ -13,7 +13,9 @@ use super::curves::{gaps_caption, with_gaps};
 use super::flexible::{at_motor, forms};
 use super::outcome::Outcome;
 use super::simulation::Fit;
-use super::text::{Constant, Units, constants, formula, inertia_text, lack_text, parameter_rows, titled, with_error};
+use super::text::{
+    Constant, Units, constants, formula, inertia_text, lack_text, parameter_rows, titled, typeset, with_error,
+};
 use super::{Log, Motion, Trial};
 use crate::plots::{banded, median};
 use crate::text::{capitalised, decimal, number};
@@ -42,11 +44,11 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, trial: &Trial) -> Joint
             inertia("Inertia", axis.inertia, units.inertia()),
             Fact::new("Distance of the best form", distance, from),
             samples(log),
-        ],
-        warnings: of_chain(log, axis, units)
-            .chain(warnings(&axis.findings))
-            .chain(advice(trial))
-            .collect(),
+        ]
+        .into_iter()
+        .chain(of_chain(log, axis, units))
+        .collect(),
+        warnings: warnings(&axis.findings).chain(advice(trial)).collect(),
         curves: vec![JointCurve::new(
             "Friction",
             format!(
@@ -77,12 +79,10 @@ pub fn flexible(axis: &FlexibleAxis, log: &Log, trial: &Trial) -> JointPage {
         ]
         .into_iter()
         .chain(axis.damping.map(|c| inertia("Damping of the joint", c, "N m s/rad")))
+        .chain(of_chain(log, &axis.link, &units))
         .chain([samples(log)])
         .collect(),
-        warnings: of_chain(log, &axis.link, &units)
-            .chain(warnings(&axis.link.findings))
-            .chain(advice(trial))
-            .collect(),
+        warnings: warnings(&axis.link.findings).chain(advice(trial)).collect(),
         curves: joint_curves(axis, ""),
         tables: tables(axis, &units, "").collect(),
         motions: comparisons(log, 0, &axis.link.reconstructed, trial, &units, ""),
@@ -247,15 +247,9 @@ fn inertia(name: &str, value: Estimated, unit: &str) -> Fact {
     Fact::new(name, typeset(&format!("{number} {unit}")), note.to_owned())
 }
 
-/// Text of the terminal with the signs of a page.
-fn typeset(text: &str) -> String {
-    text.replace("^2", "²").replace("^3", "³")
-}
-
-/// How the axis fits the chain of which it is a joint.
-fn of_chain(log: &Log, axis: &RigidAxis, units: &Units) -> impl Iterator<Item = String> {
-    let chain = OfChain::new(&log.axes[0], axis.chain);
-    chain.map(|chain| capitalised(&chain.text(units))).into_iter()
+/// What the chain has to do with the axis, if it is a joint of one.
+fn of_chain(log: &Log, axis: &RigidAxis, units: &Units) -> Vec<Fact> {
+    OfChain::new(&log.axes[0], axis.chain).map_or_else(Vec::new, |chain| chain.facts(units))
 }
 
 /// The warnings about a result. A torque that is held from sample to sample is normal and needs none.

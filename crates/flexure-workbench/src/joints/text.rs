@@ -305,3 +305,8 @@ pub fn constants(arm: &TwoLinkArm) -> [Constant; 3] {
         constant("coupling", "m2 l1 lc2", arm.coupling),
     ]
 }
+
+/// Text of the terminal with the signs of a page.
+pub fn typeset(text: &str) -> String {
+    text.replace("^2", "²").replace("^3", "³")
+}
