@@ -7,7 +7,7 @@ use super::drives::DrivenChain;
 use super::model::Base;
 use crate::error::{Error, Result};
 use crate::record::{Record, check_values};
-use crate::simulation::{Dop853, Sampling, Tolerances, run_held};
+use crate::simulation::{Integration, Integrator, Sampling, Tolerances, run_held};
 
 /// The components of a state.
 type StateOfChain = Box<[f64]>;
@@ -22,6 +22,8 @@ pub struct ChainSimulation {
     pub initial: Vec<f64>,
     /// The accuracy.
     pub tolerances: Tolerances,
+    /// The method.
+    pub integrator: Integrator,
 }
 
 impl ChainSimulation {
@@ -45,6 +47,7 @@ impl ChainSimulation {
             sampling: Sampling::new(duration, sample_time)?,
             initial,
             tolerances: Tolerances::default(),
+            integrator: Integrator::default(),
         })
     }
 }
@@ -185,7 +188,8 @@ impl HeldRun<'_> {
         let mut columns = vec![Vec::with_capacity(sampling.rows()); columns];
         let initial = options.initial.clone().into_boxed_slice();
         let ran = run_held(
-            &mut Dop853::new(0.0, initial, options.tolerances)?.with_speeds_from(self.positions),
+            &mut Integration::new(0.0, initial, options.tolerances, options.integrator)?
+                .with_speeds_from(self.positions),
             plant,
             |k, _| torques(k),
             sampling,
