@@ -155,8 +155,8 @@ class FlexibleArm:
         rtol, atol : float
             The error of a step, relative to a component of the state (1e-14 to 0.1), and the one that is always allowed.
         integrator : {"auto", "dop853", "radau"}
-            Dormand and Prince's explicit method of order 8, the implicit method Radau IIA of order 13, or the explicit one until the motion is stiff
-            and then the one that gets further for its work.
+            The method: explicit of order 8 (Dormand and Prince), implicit of order 13 (Radau IIA), or by default the explicit one until the motion is
+            stiff, and then the one that gets further for its work.
 
         Returns
         -------

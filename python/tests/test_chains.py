@@ -197,3 +197,17 @@ def test_the_same_beam_of_elements_or_modes_is_a_flexible_arm(tmp_path):
     path.write_text(BEAM)
     with pytest.raises(flexure.ParameterError, match="no link is a beam of finite elements or modes"):
         flexure.FlexibleArm.from_toml(path)
+
+
+def test_every_integrator_moves_a_stiff_chain_alike(tmp_path):
+    path = tmp_path / "chain.toml"
+    stiff = CHAIN_FILE.replace("motor_inertia = 0.4", "motor_inertia = 1e-4\ndamping = 60.0").replace("300.0", "1e7")
+    path.write_text(stiff)
+    chain = flexure.Chain.from_toml(path)
+    runs = {name: chain.simulate(0.1, 0.01, [1.0], integrator=name) for name in ("auto", "dop853", "radau")}
+    for run in runs.values():
+        assert np.abs(run["q_shoulder"] - runs["dop853"]["q_shoulder"]).max() < 1e-9
+    assert np.array_equal(chain.simulate(0.1, 0.01, [1.0])["dqm_shoulder"], runs["auto"]["dqm_shoulder"])
+    assert not np.array_equal(runs["auto"]["dqm_shoulder"], runs["dop853"]["dqm_shoulder"])
+    with pytest.raises(flexure.ParameterError, match="'euler'.*'auto', 'dop853' or 'radau'"):
+        chain.simulate(0.1, 0.01, integrator="euler")

@@ -10,7 +10,7 @@ use super::control::STEPS_PER_CALL;
 use super::dop853::{Dop853, StateVector, Statistics};
 use super::radau::{Point, Radau};
 use super::tolerances::Tolerances;
-use crate::error::Result;
+use crate::error::{Error, IntegrationFailure, Result};
 
 /// Implicit steps after which the two methods are compared.
 const TRIAL: u64 = 25;
@@ -178,13 +178,42 @@ impl<X: StateVector> Integration<X> {
             return;
         }
         let slower = now.t - self.mark.t < self.explicit.0 * (now.work - self.mark.work);
-        if slower || now.work - self.turn.work > REVIEW {
-            self.patience = if slower { self.patience.saturating_mul(4) } else { 1 };
-            self.run.control.step = Some(self.explicit.1);
-            self.run.control.forget_stiffness();
-            self.implicit = false;
-        }
         self.mark = now;
+        if slower || now.work - self.turn.work > REVIEW {
+            self.go_explicitly(slower);
+        }
+    }
+
+    /// Lets the explicit method go on; for longer if the implicit one was of no use.
+    fn go_explicitly(&mut self, useless: bool) {
+        self.patience = if useless { self.patience.saturating_mul(4) } else { 1 };
+        self.run.control.step = Some(self.explicit.1);
+        self.run.control.forget_stiffness();
+        self.implicit = false;
+    }
+
+    /// Tries an implicit step from where the derivative is `slope`.
+    fn step_implicitly<F>(&mut self, rhs: &F, mut slope: X, preferred: f64, t_end: f64) -> Result<bool>
+    where
+        F: Fn(f64, &X) -> X,
+    {
+        let at = Point {
+            x: &mut self.run.x,
+            slope: &mut slope,
+            first_speed: self.run.first_speed,
+        };
+        let tried = (self.radau).step(&mut self.run.control, at, preferred, t_end, rhs);
+        self.run.slope = Some(slope);
+        let reason = match &tried {
+            Err(Error::Simulation(failed)) => Some(failed.reason),
+            _ => None,
+        };
+        let too_small = matches!(reason, Some(IntegrationFailure::StepTooSmall { .. }));
+        if too_small && self.integrator == Integrator::Automatic {
+            self.go_explicitly(true);
+            return Ok(false);
+        }
+        tried
     }
 }
 
@@ -207,7 +236,7 @@ impl<X: StateVector> Advance<X> for Integration<X> {
         F: Fn(f64, &X) -> X,
     {
         while self.run.t() < t_end {
-            let mut slope = self.run.slope(rhs)?;
+            let slope = self.run.slope(rhs)?;
             let preferred = self.run.preferred_step(rhs, &slope, t_end);
             if !self.implicit {
                 if self.run.step(rhs, &slope, preferred, t_end)? {
@@ -218,14 +247,7 @@ impl<X: StateVector> Advance<X> for Integration<X> {
                 }
                 continue;
             }
-            let at = Point {
-                x: &mut self.run.x,
-                slope: &mut slope,
-                first_speed: self.run.first_speed,
-            };
-            let accepted = (self.radau).step(&mut self.run.control, at, preferred, t_end, rhs)?;
-            self.run.slope = Some(slope);
-            if accepted {
+            if self.step_implicitly(rhs, slope, preferred, t_end)? {
                 self.run.control.show(IMPLICIT_STEPS_PER_CALL, watch)?;
                 if self.integrator == Integrator::Automatic {
                     self.judge_implicit();

@@ -22,7 +22,7 @@ pub struct ChainSimulation {
     pub initial: Vec<f64>,
     /// The accuracy.
     pub tolerances: Tolerances,
-    /// The method.
+    /// The method; by default the one that suits the motion.
     pub integrator: Integrator,
 }
 
@@ -94,7 +94,7 @@ pub fn chain_columns(chain: &DrivenChain) -> Vec<String> {
 /// next row; no signals at all are zero torques. Nothing acts on a free base.
 ///
 /// The record has the columns of [`chain_columns`], one row an instant from 0 on, in s, N m (N), rad (m) and rad/s (m/s). Limits of
-/// joints are not kept: what a stop does, it does not say.
+/// joints are not kept: what a stop does, it does not say. [`batch`](crate::simulation::batch) runs many simulations over all cores.
 ///
 /// # Errors
 /// [`Error::Data`]: `LengthMismatch` or `NonFinite` for torques or an initial state that do not fit, [`Error::Parameter`] for a wrong

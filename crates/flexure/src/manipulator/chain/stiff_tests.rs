@@ -195,7 +195,7 @@ const BEAM: Beam = Beam {
     damping: 0.05,
 };
 
-/// `cargo test --release --workspace --lib stiff_chains -- --nocapture` prints the table.
+/// `cargo test --workspace --lib stiff_chains -- --nocapture` prints the table.
 #[test]
 fn stiff_chains_take_a_small_part_of_the_evaluations() {
     for (name, stiffness, inertia, duration, times) in [
@@ -238,7 +238,7 @@ fn stiff_chains_take_a_small_part_of_the_evaluations() {
     let mut parameters = ChainPreset::FreeSpaceArm.parameters();
     parameters.links[1].inertia = None;
     let arm = FlexibleArm::new(&parameters, &[ChainDrive::default(); 2], &[beam]).unwrap();
-    let sampling = Sampling::new(0.02, 0.01).unwrap();
+    let sampling = Sampling::new(0.01, 0.005).unwrap();
     let (tau, rest) = (torques(2, &sampling, 1.0), vec![0.0; arm.dimension()]);
     compared("the same of 10 elements with an axial stiffness", 10.0, |integrator| {
         let of = |x: &[f64], tau: &[f64], rates: &mut [f64]| arm.derivative(x, tau, rates);
