@@ -41,7 +41,7 @@ impl Split {
 
 /// The factors of `shift I - J` without the integrals.
 ///
-/// From \(s x_i - x_j = r_i\) follows \(x_i = (x_j + r_i) / s\), which leaves a matrix of half the size, at an eighth of the cost.
+/// From \\(s x_i - x_j = r_i\\) follows \\(x_i = (x_j + r_i) / s\\), which leaves a matrix of half the size, at an eighth of the cost.
 struct Shifted<T: Scalar> {
     shift: T,
     factors: Factors<T>,

@@ -10,6 +10,9 @@ use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+/// The components of a state.
+type StateOfChain = Box<[f64]>;
+
 /// A flexible joint with a damping ratio of the motor on its spring.
 fn joint(stiffness: f64, motor_inertia: f64, ratio: f64, friction: Option<Friction>) -> ChainDrive {
     ChainDrive {
@@ -111,7 +114,7 @@ fn a_stiff_arm_that_swings_loses_energy_by_its_dampers_alone() {
 struct Run {
     cost: Statistics,
     seconds: f64,
-    end: Box<[f64]>,
+    end: StateOfChain,
 }
 
 fn run(
@@ -124,7 +127,7 @@ fn run(
 ) -> Run {
     let start = Instant::now();
     let derivative = RefCell::new(derivative);
-    let plant = |x: &Box<[f64]>, tau: &Vec<f64>| {
+    let plant = |x: &StateOfChain, tau: &Vec<f64>| {
         let mut rates = vec![0.0; x.len()].into_boxed_slice();
         if (derivative.borrow_mut())(x, tau, &mut rates).is_err() {
             rates.fill(f64::NAN);
@@ -133,7 +136,7 @@ fn run(
     };
     let solver = Integration::new(0.0, initial.into(), Tolerances::default(), integrator).unwrap();
     let mut solver = solver.with_speeds_from(positions);
-    let input = |k: usize, _: &Box<[f64]>| tau.iter().map(|tau| tau[k]).collect();
+    let input = |k: usize, _: &StateOfChain| tau.iter().map(|tau| tau[k]).collect();
     run_held(&mut solver, plant, input, sampling, &mut |_, _, _| (), &mut |_| {
         ControlFlow::Continue(())
     })
