@@ -338,8 +338,9 @@ class Chain:
         motor_v: Any = None,
         rtol: float = 1e-9,
         atol: float = 1e-12,
+        integrator: Literal["auto", "dop853", "radau"] = "auto",
     ) -> dict[str, Array]:
-        """The motion over `duration` s, at instants `dt` s apart, by Dormand and Prince's method of order 8.
+        """The motion over `duration` s, at instants `dt` s apart.
 
         Nothing acts on a free base. Limits of joints are not kept.
 
@@ -355,6 +356,9 @@ class Chain:
             Angles and velocities of the motors at the start; those of the links without them, so that no spring is bent.
         rtol, atol : float
             The error of a step, relative to a component of the state (1e-14 to 0.1), and the one that is always allowed.
+        integrator : {"auto", "dop853", "radau"}
+            The method: explicit of order 8 (Dormand and Prince), implicit of order 13 (Radau IIA), or by default the explicit one until the motion is
+            stiff, and then the one that gets further for its work.
 
         Returns
         -------
@@ -385,7 +389,7 @@ class Chain:
         instants = self._core.instants(duration, dt)
         torques = [] if torque is None else self._torques(np.asarray(torque), instants)
         tolerances = (finite_number(rtol, "rtol"), finite_number(atol, "atol"))
-        return self._core.simulate(torques, initial.tolist(), (duration, dt), tolerances)
+        return self._core.simulate(torques, initial.tolist(), (duration, dt), tolerances, integrator)
 
     def _torques(self, torque: Any, instants: int) -> list[Array]:
         """A column a driven joint."""

@@ -160,14 +160,17 @@ impl Chain {
         initial: Vec<f64>,
         span: [f64; 2],
         tolerances: [f64; 2],
+        integrator: &str,
     ) -> PyResult<Bound<'py, PyDict>> {
         let chain = Arc::clone(&self.0);
+        let integrator = runs::integrator(integrator)?;
         runs::run(
             py,
             torques,
             initial,
             span,
             tolerances,
+            integrator,
             move |torques, options, watch| simulate_chain_watched(&chain, torques, options, watch),
         )
     }

@@ -70,14 +70,17 @@ impl FlexibleArm {
         initial: Vec<f64>,
         span: [f64; 2],
         tolerances: [f64; 2],
+        integrator: &str,
     ) -> PyResult<Bound<'py, PyDict>> {
         let arm = Arc::clone(&self.0);
+        let integrator = runs::integrator(integrator)?;
         runs::run(
             py,
             torques,
             initial,
             span,
             tolerances,
+            integrator,
             move |torques, options, watch| simulate_flexible_arm_watched(&arm, torques, options, watch),
         )
     }

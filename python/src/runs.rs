@@ -3,13 +3,13 @@
 use std::ops::ControlFlow;
 
 use flexure::manipulator::chain::{ChainMode, ChainSimulation, LinearisedChain, Motors};
-use flexure::simulation::{Sampling, Tolerances};
+use flexure::simulation::{Integrator, Sampling, Tolerances};
 use flexure_io::check_computed;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{Column, columns, slices};
-use crate::errors::{of_any, of_library};
+use crate::errors::{ParameterError, of_any, of_library};
 use crate::run::interruptible;
 
 /// Called with the simulated time; it can stop a run.
@@ -25,6 +25,18 @@ pub fn instants(duration: f64, dt: f64, columns: usize) -> PyResult<usize> {
     Ok(rows)
 }
 
+/// The method of this name.
+pub fn integrator(name: &str) -> PyResult<Integrator> {
+    match name {
+        "auto" => Ok(Integrator::Automatic),
+        "dop853" => Ok(Integrator::Dop853),
+        "radau" => Ok(Integrator::Radau),
+        _ => Err(ParameterError::new_err(format!(
+            "integrator is '{name}', but must be 'auto', 'dop853' or 'radau'"
+        ))),
+    }
+}
+
 /// The columns of a run from `initial` over `span` (duration and time step), with a relative and an absolute tolerance.
 pub fn run<'py>(
     py: Python<'py>,
@@ -32,6 +44,7 @@ pub fn run<'py>(
     initial: Vec<f64>,
     span: [f64; 2],
     tolerances: [f64; 2],
+    integrator: Integrator,
     simulate: impl FnOnce(&[&[f64]], &ChainSimulation, &mut Watch<'_>) -> flexure::Result<flexure::Record> + Send + 'static,
 ) -> PyResult<Bound<'py, PyDict>> {
     let record = interruptible(py, move |interrupt| {
@@ -43,6 +56,7 @@ pub fn run<'py>(
                 ..Tolerances::default()
             },
             sampling: Sampling::new(span[0], span[1])?,
+            integrator,
         };
         simulate(&slices(&torques), &options, &mut |_| interrupt.flow())
     })?;

@@ -246,3 +246,17 @@ def test_axes_that_are_no_joints_of_a_chain_are_refused():
         flexure.identify_axes(log, [2], chain=chain, position="q{}")
     with pytest.raises(flexure.ParameterError, match="floats|base"):
         flexure.identify_axes(_log(flexure.Chain.preset("seven-joint-arm"), range(1, 8)), [1], chain=flexure.Chain.preset("space-manipulator"), position="q{}")
+
+
+def test_every_integrator_moves_a_stiff_chain_alike(tmp_path):
+    path = tmp_path / "chain.toml"
+    stiff = CHAIN_FILE.replace("motor_inertia = 0.4", "motor_inertia = 1e-4\ndamping = 60.0").replace("300.0", "1e7")
+    path.write_text(stiff)
+    chain = flexure.Chain.from_toml(path)
+    runs = {name: chain.simulate(0.1, 0.01, [1.0], integrator=name) for name in ("auto", "dop853", "radau")}
+    for run in runs.values():
+        assert np.abs(run["q_shoulder"] - runs["dop853"]["q_shoulder"]).max() < 1e-9
+    assert np.array_equal(chain.simulate(0.1, 0.01, [1.0])["dqm_shoulder"], runs["auto"]["dqm_shoulder"])
+    assert not np.array_equal(runs["auto"]["dqm_shoulder"], runs["dop853"]["dqm_shoulder"])
+    with pytest.raises(flexure.ParameterError, match="'euler'.*'auto', 'dop853' or 'radau'"):
+        chain.simulate(0.1, 0.01, integrator="euler")

@@ -2,7 +2,7 @@
 
 /// A complex number.
 pub use nalgebra::Complex;
-use nalgebra::{DMatrix, DVector, Dyn};
+use nalgebra::{ComplexField, DMatrix, DVector, DVectorViewMut, Dyn};
 
 /// A real matrix.
 pub type Matrix = DMatrix<f64>;
@@ -10,6 +10,33 @@ pub type Matrix = DMatrix<f64>;
 pub type Vector = DVector<f64>;
 /// The factors of a symmetric positive definite matrix.
 pub type Cholesky = nalgebra::Cholesky<f64, Dyn>;
+
+/// A real or a complex number.
+pub trait Scalar: ComplexField<RealField = f64> + Copy {}
+
+impl<T: ComplexField<RealField = f64> + Copy> Scalar for T {}
+
+/// The factors of a square matrix, real or complex, by elimination with partial pivoting.
+pub struct Factors<T: Scalar>(nalgebra::LU<T, Dyn, Dyn>);
+
+impl<T: Scalar> Factors<T> {
+    /// The matrix of `n` rows with these entries.
+    pub fn unfinished(n: usize, entry: impl FnMut(usize, usize) -> T) -> DMatrix<T> {
+        DMatrix::from_fn(n, n, entry)
+    }
+
+    /// Those of a matrix.
+    pub fn of(matrix: DMatrix<T>) -> Self {
+        Factors(matrix.lu())
+    }
+
+    /// Replaces a right-hand side by the solution; `false` if the matrix is singular.
+    #[must_use]
+    pub fn solve(&self, rhs: &mut [T]) -> bool {
+        let count = rhs.len();
+        self.0.solve_mut(&mut DVectorViewMut::from_slice(rhs, count))
+    }
+}
 
 /// The product of two matrices, with sums in the order of their terms, so that it does not depend on the processor.
 pub fn product(a: &Matrix, b: &Matrix) -> Matrix {

@@ -13,7 +13,7 @@
 
 use std::ops::ControlFlow;
 
-use super::control::Control;
+use super::control::{Control, EVALUATIONS, STEPS_PER_CALL};
 use super::step::{combine, step};
 use super::tolerances::Tolerances;
 use crate::error::Result;
@@ -76,12 +76,12 @@ impl StateVector for Box<[f64]> {
 /// An initial-value problem under way: the time, the state, and the step size found so far.
 #[derive(Debug, Clone)]
 pub struct Dop853<X> {
-    control: Control,
-    x: X,
+    pub(super) control: Control,
+    pub(super) x: X,
     /// The derivative at the present time and state, if the right-hand side has not changed since.
-    slope: Option<X>,
+    pub(super) slope: Option<X>,
     /// The first component that is a speed; the number of components if none is.
-    first_speed: usize,
+    pub(super) first_speed: usize,
 }
 
 impl<X: StateVector> Dop853<X> {
@@ -140,43 +140,53 @@ impl<X: StateVector> Dop853<X> {
         F: Fn(f64, &X) -> X,
     {
         while self.control.t < t_end {
-            let t = self.control.t;
-            let slope = match &self.slope {
-                Some(slope) => slope.clone(),
-                None => self.evaluate_slope(rhs)?,
-            };
-            let preferred = match self.control.step {
-                Some(step) => step,
-                None => self.first_step(rhs, &slope, t_end - t),
-            };
-            let attempt = self.control.attempt(preferred, t_end)?;
-            let trial = step(rhs, t, &self.x, &slope, attempt.h);
-            let error = trial.error(&self.control.tolerances, &self.x, attempt.h);
-            if error.value() <= 1.0 {
-                let slope_new = rhs(attempt.end, &trial.x);
-                let arrival = trial.arrival(&slope_new, self.first_speed, 0.0);
-                (self.x, self.slope) = (trial.x, Some(slope_new));
-                self.control.accept(&attempt, &error, &arrival)?;
-                self.control.show(watch)?;
-            } else {
-                self.control.reject(&attempt, &error, t_end)?;
+            let slope = self.slope(rhs)?;
+            let preferred = self.preferred_step(rhs, &slope, t_end);
+            if self.step(rhs, &slope, preferred, t_end)? {
+                self.control.show(STEPS_PER_CALL, watch)?;
             }
         }
         Ok(())
     }
 
-    /// Refuses more instants than the permitted number of steps, as each takes at least one step.
-    pub(super) fn check_instants(&self, instants: usize) -> Result<()> {
-        self.control.check_instants(instants)
+    /// Tries one step of about the size `preferred` towards `t_end` from where the derivative is `slope`, and goes to its end if it is
+    /// accurate enough.
+    pub(super) fn step<F>(&mut self, rhs: &F, slope: &X, preferred: f64, t_end: f64) -> Result<bool>
+    where
+        F: Fn(f64, &X) -> X,
+    {
+        let attempt = self.control.attempt(preferred, t_end, EVALUATIONS)?;
+        let trial = step(rhs, self.control.t, &self.x, slope, attempt.h);
+        let error = trial.error(&self.control.tolerances, &self.x, attempt.h);
+        if !(error.value() <= 1.0) {
+            self.control.reject(&attempt, &error, t_end)?;
+            return Ok(false);
+        }
+        let slope_new = rhs(attempt.end, &trial.x);
+        let arrival = trial.arrival(&slope_new, self.first_speed, 0.0);
+        (self.x, self.slope) = (trial.x, Some(slope_new));
+        self.control.accept(&attempt, &error, &arrival)?;
+        Ok(true)
     }
 
     /// The derivative at the present time and state.
-    fn evaluate_slope<F: Fn(f64, &X) -> X>(&mut self, rhs: &F) -> Result<X> {
+    pub(super) fn slope<F: Fn(f64, &X) -> X>(&mut self, rhs: &F) -> Result<X> {
+        if let Some(slope) = &self.slope {
+            return Ok(slope.clone());
+        }
         let slope = rhs(self.control.t, &self.x);
         let finite = slope.components().iter().all(|v| v.is_finite());
         self.control.check_slope(finite)?;
         self.slope = Some(slope.clone());
         Ok(slope)
+    }
+
+    /// The size of the next step that accuracy asks for.
+    pub(super) fn preferred_step<F: Fn(f64, &X) -> X>(&mut self, rhs: &F, slope: &X, t_end: f64) -> f64 {
+        match self.control.step {
+            Some(step) => step,
+            None => self.first_step(rhs, slope, t_end - self.control.t),
+        }
     }
 
     /// A first step size.

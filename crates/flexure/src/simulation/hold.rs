@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use super::{Dop853, StateVector};
+use super::{Advance, StateVector};
 use crate::error::{Error, Result, Stopped};
 
 /// The largest number of rows of a simulated record.
@@ -69,9 +69,9 @@ impl Sampling {
 /// `watch` is called with the time at every instant (and within long intervals); `Break` stops.
 ///
 /// # Errors
-/// Those of [`Dop853::advance`]; [`Error::Parameter`] for more instants than `max_steps` can reach.
+/// Those of [`Dop853::advance`](super::Dop853::advance); [`Error::Parameter`] for more instants than `max_steps` can reach.
 pub fn run_held<X: StateVector, U, P, I>(
-    solver: &mut Dop853<X>,
+    solver: &mut impl Advance<X>,
     plant: P,
     input: I,
     sampling: &Sampling,
@@ -104,9 +104,9 @@ where
 /// `row(k, x)` gets the state at every instant. `watch` is as in [`run_held`].
 ///
 /// # Errors
-/// Those of [`Dop853::advance`]; [`Error::Parameter`] for more instants than `max_steps` can reach.
+/// Those of [`Dop853::advance`](super::Dop853::advance); [`Error::Parameter`] for more instants than `max_steps` can reach.
 pub fn run_continuous<X: StateVector, P>(
-    solver: &mut Dop853<X>,
+    solver: &mut impl Advance<X>,
     plant: P,
     sampling: &Sampling,
     row: &mut dyn FnMut(usize, &X),
@@ -136,7 +136,7 @@ fn check(watch: &mut dyn FnMut(f64) -> ControlFlow<()>, time: f64) -> Result<()>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulation::Tolerances;
+    use crate::simulation::{Dop853, Tolerances};
 
     #[test]
     fn instants_are_multiples_of_the_sample_time_up_to_the_duration() {

@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
-use super::control::{Attempt, Control};
+use super::control::{Attempt, Control, EVALUATIONS, STEPS_PER_CALL};
 use super::hold::Sampling;
 use super::step::{combine, step, still};
 use super::tolerances::Tolerances;
@@ -65,13 +65,15 @@ impl<const N: usize, const M: usize> Lane<N, M> {
     /// The size of the next step.
     fn attempt(&mut self, run: &HeldLane<N, M>) -> Result<f64> {
         let preferred = self.control.step.unwrap_or_default();
-        self.attempt = self.control.attempt(preferred, run.sampling.instant(self.instant))?;
+        self.attempt = self
+            .control
+            .attempt(preferred, run.sampling.instant(self.instant), EVALUATIONS)?;
         Ok(self.attempt.h)
     }
 
     /// Hands out the row of the next instant if it is reached, in the state `x`, and takes its input.
     fn arrive(&mut self, run: &mut HeldLane<N, M>, x: impl Fn() -> [f64; N]) -> Result<()> {
-        self.control.show(run.watch)?;
+        self.control.show(STEPS_PER_CALL, run.watch)?;
         let time = self.control.t;
         if time < run.sampling.instant(self.instant) {
             return Ok(());

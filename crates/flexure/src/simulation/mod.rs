@@ -1,8 +1,9 @@
-//! A plant in time: the integrator, inputs held between samples, batches over all cores.
+//! A plant in time: the integrators, inputs held between samples, batches over all cores.
 //!
 //! | item | what |
 //! |---|---|
 //! | [`Dop853`] | an initial-value problem, integrated by the Dormand-Prince method of order 8 |
+//! | [`Integration`], [`Integrator`] | the same by that method or, where the equations are stiff, by the implicit Radau IIA of order 13 |
 //! | [`STAGES`], [`SOLUTION`] | the weights of that method, for an implementation in another language |
 //! | [`Sampling`] | the uniform instants of a record |
 //! | [`run_held`] | a plant whose input is held from each instant to the next (zero-order hold) |
@@ -12,7 +13,11 @@
 mod control;
 mod dop853;
 mod hold;
+mod integration;
 mod lanes;
+mod radau;
+mod radau_systems;
+mod radau_tableau;
 mod step;
 mod tableau;
 mod tolerances;
@@ -20,6 +25,7 @@ mod tolerances;
 pub use crate::parallel::batch;
 pub use dop853::{Dop853, StateVector, Statistics};
 pub use hold::{Sampling, run_continuous, run_held};
+pub use integration::{Advance, Integration, Integrator};
 pub(crate) use lanes::{HeldLane, run_held_lanes};
 pub use tableau::{SOLUTION, STAGES};
 pub use tolerances::Tolerances;

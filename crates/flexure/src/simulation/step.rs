@@ -79,6 +79,11 @@ pub(super) struct StepError<T> {
 }
 
 impl StepError<f64> {
+    /// An error in units of the tolerances.
+    pub fn of(ratio: f64) -> Self {
+        StepError { ratio, square: 1.0 }
+    }
+
     /// In units of the tolerances. NaN if the step left the finite numbers.
     #[inline(always)]
     pub fn value(&self) -> f64 {

@@ -78,6 +78,8 @@ mod simulate_tests;
 mod skeleton;
 mod spatial;
 #[cfg(test)]
+mod stiff_tests;
+#[cfg(test)]
 mod tests;
 mod vector;
 

@@ -7,7 +7,7 @@ use super::drives::DrivenChain;
 use super::model::Base;
 use crate::error::{Error, Result};
 use crate::record::{Record, check_values};
-use crate::simulation::{Dop853, Sampling, Tolerances, run_held};
+use crate::simulation::{Integration, Integrator, Sampling, Tolerances, run_held};
 
 /// The components of a state.
 type StateOfChain = Box<[f64]>;
@@ -22,6 +22,8 @@ pub struct ChainSimulation {
     pub initial: Vec<f64>,
     /// The accuracy.
     pub tolerances: Tolerances,
+    /// The method; by default the one that suits the motion.
+    pub integrator: Integrator,
 }
 
 impl ChainSimulation {
@@ -45,6 +47,7 @@ impl ChainSimulation {
             sampling: Sampling::new(duration, sample_time)?,
             initial,
             tolerances: Tolerances::default(),
+            integrator: Integrator::default(),
         })
     }
 }
@@ -91,7 +94,7 @@ pub fn chain_columns(chain: &DrivenChain) -> Vec<String> {
 /// next row; no signals at all are zero torques. Nothing acts on a free base.
 ///
 /// The record has the columns of [`chain_columns`], one row an instant from 0 on, in s, N m (N), rad (m) and rad/s (m/s). Limits of
-/// joints are not kept: what a stop does, it does not say.
+/// joints are not kept: what a stop does, it does not say. [`batch`](crate::simulation::batch) runs many simulations over all cores.
 ///
 /// # Errors
 /// [`Error::Data`]: `LengthMismatch` or `NonFinite` for torques or an initial state that do not fit, [`Error::Parameter`] for a wrong
@@ -185,7 +188,8 @@ impl HeldRun<'_> {
         let mut columns = vec![Vec::with_capacity(sampling.rows()); columns];
         let initial = options.initial.clone().into_boxed_slice();
         let ran = run_held(
-            &mut Dop853::new(0.0, initial, options.tolerances)?.with_speeds_from(self.positions),
+            &mut Integration::new(0.0, initial, options.tolerances, options.integrator)?
+                .with_speeds_from(self.positions),
             plant,
             |k, _| torques(k),
             sampling,
