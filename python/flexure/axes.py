@@ -131,11 +131,11 @@ def identify_axes(
     for what, pattern in patterns.items():
         if pattern is not None and "{}" not in pattern:
             raise ParameterError(f"{what} is {pattern!r}; write {{}} where the name of the column has the axis")
-    axes = None if axes is None else list(axes)
-    joints = None if chain is None else _joints(data, chain, axes, patterns)
-    if axes is None and joints is None:
+    given_axes = None if axes is None else [str(axis) for axis in axes]
+    joints = None if chain is None else _joints(data, chain, given_axes, patterns)
+    names = joints if given_axes is None else given_axes
+    if names is None:
         raise ParameterError("give the axes, or the chain whose joints they are")
-    names = list(joints) if axes is None else [str(axis) for axis in axes]
     if not names or len(set(names)) < len(names):
         raise ParameterError("give at least one axis, and none of them twice")
     constant = finite_number(torque_constant, "torque_constant")
@@ -173,7 +173,7 @@ def identify_axes(
     )
 
 
-def _joints(data: Any, chain: Chain, axes: Iterable[Any] | None, patterns: dict[str, str | None]) -> list[str]:
+def _joints(data: Any, chain: Chain, axes: list[str] | None, patterns: dict[str, str | None]) -> list[str]:
     """How axes and columns name the joints of a chain: by their numbers, or by their names."""
     numbers = [str(number) for number in range(1, len(chain.joints) + 1)]
     if axes is None:
@@ -183,11 +183,10 @@ def _joints(data: Any, chain: Chain, axes: Iterable[Any] | None, patterns: dict[
         except DataError:
             return list(chain.joints)
         return numbers
-    given = [str(axis) for axis in axes]
     for names in (numbers, list(chain.joints)):
-        if set(given) <= set(names):
+        if set(axes) <= set(names):
             return names
-    raise ParameterError(f"the axes are {', '.join(given)}; give numbers from 1 to {len(numbers)}, or the names {', '.join(chain.joints)}")
+    raise ParameterError(f"the axes are {', '.join(axes)}; give numbers from 1 to {len(numbers)}, or the names {', '.join(chain.joints)}")
 
 
 def _of_chain(
