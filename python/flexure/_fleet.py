@@ -149,7 +149,7 @@ def _done(client: Any, jobs: dict[str, Any], model: Any, by: str) -> Iterator[tu
         try:
             yield submit(key).result()
         except killed as error:
-            yield _failed(by, key, f"the worker died {error.allowed_failures + 1} times while it had this record alone; {DEATHS}")
+            yield _failed(by, key, f"every worker that had this record alone has died ({error.allowed_failures + 1} tried); {DEATHS}")
 
 
 def _failed(by: str, key: str, error: str) -> tuple[str, dict[str, Any], None]:

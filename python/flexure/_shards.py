@@ -28,6 +28,7 @@ class Shards:
         records = [_checked(a, b) for a, b in pairs]
         if not records:
             raise ParameterError("there is no record")
+        self.whole = records
         last_u, last_y = records[-1]
         held = min(whole(excerpt, "excerpt", 1000), len(last_u))
         self.end, self.end_at = (last_u[-held:], last_y[-held:]), len(last_u) - held
@@ -43,7 +44,7 @@ class Shards:
 
     def fit(self, memory: int) -> None:
         """Refuses chunks that take too much of this memory."""
-        for u, _ in self.records:
+        for u, _ in self.whole:
             largest_fits(u, memory)
 
     def _parts(self) -> Iterator[tuple[Any, Any, int, int]]:
