@@ -82,7 +82,7 @@ def system(client, folder, tasks, samples):
 
 # Name: how, the tasks and the samples of each that are measured, and the samples of each of all tasks.
 JOBS = {
-    "10,000 joints, one a task": (fleet, 2, 100_000, 1_000_000),
+    "10,000 joints, one a task": (fleet, 1, 1_000_000, 1_000_000),
     "regression, a partition a task": (regression, 4, 1_000_000, 1_000_000),
     "Hammerstein system, a shard a task": (system, 4, 1_000_000, 1_000_000),
 }

@@ -107,10 +107,12 @@ def fits(what: str, needed: int, limit: int, remedy: str) -> None:
 def least_memory(client: Any) -> int:
     """The memory of a worker's thread where it is least, in bytes; 0 where none has a limit."""
     workers = client.scheduler_info(n_workers=-1)["workers"].values()
-    return min((worker["memory_limit"] // worker["nthreads"] for worker in workers if worker["memory_limit"]), default=0)
+    limits: list[int] = [worker["memory_limit"] // worker["nthreads"] for worker in workers if worker["memory_limit"]]
+    return min(limits, default=0)
 
 
 def own_memory() -> int:
     """The memory of a thread of the worker that runs this task, in bytes; 0 without a limit."""
     worker = installed("distributed").get_worker()
-    return (worker.memory_manager.memory_limit or 0) // worker.state.nthreads
+    limit: int = worker.memory_manager.memory_limit or 0
+    return limit // int(worker.state.nthreads)
