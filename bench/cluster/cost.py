@@ -1,7 +1,7 @@
 """What many workers cost, from what two cost: nanoseconds a sample, bytes a task on the network, bytes a sample read, memory of a worker.
 
     bench/cluster/run cost
-    bench/cluster/run cost --workers 64 --samples 1e11
+    bench/cluster/run cost --workers 64 --samples 1e11 --jobs regression
 
 Each job runs on two workers of one thread each, on a part of the record. Formulas:
 
@@ -82,7 +82,7 @@ def system(client, folder, tasks, samples):
 
 # Name: how, the tasks and the samples of each that are measured, and the samples of each of all tasks.
 JOBS = {
-    "10,000 joints, one a task": (fleet, 1, 1_000_000, 1_000_000),
+    "joints, one a task": (fleet, 1, 1_000_000, 1_000_000),
     "regression, a partition a task": (regression, 4, 1_000_000, 1_000_000),
     "Hammerstein system, a shard a task": (system, 4, 1_000_000, 1_000_000),
 }
@@ -93,6 +93,7 @@ def main():
     parser.add_argument("--samples", type=float, default=1e10)
     parser.add_argument("--workers", type=int, default=32)
     parser.add_argument("--rounds", type=int, default=1, help="the least of so many measurements counts")
+    parser.add_argument("--jobs", default="", help="the beginnings of the jobs' names, with semicolons; all")
     given = parser.parse_args()
     # Workers start anew before every job, which is no cause for a warning.
     logging.getLogger("distributed.nanny").setLevel(logging.ERROR)
@@ -100,6 +101,8 @@ def main():
     print(f"{'job':<40}" + "".join(f"{name:>17}" for name in columns))
     with work.cluster() as workers, Client(workers) as client:
         for name, (run, tasks, samples, of_each) in JOBS.items():
+            if not name.startswith(tuple(given.jobs.split(";"))):
+                continue
             rounds = []
             for _ in range(given.rounds):
                 with tempfile.TemporaryDirectory() as folder:
