@@ -123,8 +123,10 @@ def searched(estimator, seed):
     x = rng.uniform(-2, 2, (SEARCHED, 1))
     y = np.sin(2 * x[:, 0]) + 0.1 * rng.normal(size=SEARCHED)
     search = GridSearchCV(estimator, {"bandwidth": np.geomspace(0.02, 0.5, 20)}, cv=KFold(5), scoring="neg_mean_squared_error")
-    found = search.fit(x, y)
-    return found.best_params_["bandwidth"], found.predict(np.linspace(-1.9, 1.9, 100)[:, None])
+    # Within joblib on Dask, every fit, and every look for neighbours, would else be a task of its own.
+    with joblib.parallel_config(backend="sequential"):
+        found = search.fit(x, y)
+        return found.best_params_["bandwidth"], found.predict(np.linspace(-1.9, 1.9, 100)[:, None])
 
 
 def searched_by_flexure(seed):

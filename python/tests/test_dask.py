@@ -183,6 +183,18 @@ def test_a_system_of_shards_is_that_of_the_whole_record(client):
     np.testing.assert_allclose(whole.predicted_[100:], whole.simulate(u[-20_000:])[100:], atol=1e-12)
 
 
+def test_sums_that_are_damaged_or_of_another_version_are_refused_in_words():
+    from flexure._core import Sharded, merged_sums, shard_sums
+
+    u, y = long_record(5000)
+    point = Sharded([(u, y)], flexure.Hammerstein(fresh=0.05)._options()).point()
+    sums = shard_sums(point, u, y, 0, 0, len(u))
+    assert merged_sums([sums]) == sums
+    for part, reason in ((sums[:4] + b"\x02" + sums[5:], "another version"), (sums[:-9] + b"!" + sums[-8:], "damaged"), (b"{}", "begin otherwise")):
+        with pytest.raises(flexure.DataError, match=reason):
+            merged_sums([sums, part])
+
+
 def test_several_records_in_shards_are_experiments_of_one_system(client):
     records = [long_record(30_000, seed) for seed in (2, 3)]
     of_u, of_y = zip(*(in_chunks(record, 9000) for record in records), strict=True)
