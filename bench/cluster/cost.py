@@ -1,7 +1,7 @@
 """What many workers cost, from what two cost: nanoseconds a sample, bytes a task on the network, bytes a sample read, memory of a worker.
 
     bench/cluster/run cost
-    bench/cluster/run cost --workers 64 --samples 1e11
+    bench/cluster/run cost --workers 64 --samples 1e11 --jobs regression
 
 Each job runs on two workers of one thread each, on a part of the record. Formulas:
 
@@ -14,7 +14,6 @@ and those of whatever else runs on this machine.
 """
 
 import argparse
-import logging
 import tempfile
 from pathlib import Path
 
@@ -35,7 +34,6 @@ def peak_memory():
 
 def measured(client, run):
     """Processor seconds, bytes on the loopback device, and the largest resident set of a worker in bytes."""
-    client.restart()
     sent = psutil.net_io_counters(pernic=True)["lo"].bytes_sent
     _, seconds = work.timed(run)
     sent = psutil.net_io_counters(pernic=True)["lo"].bytes_sent - sent
@@ -82,7 +80,7 @@ def system(client, folder, tasks, samples):
 
 # Name: how, the tasks and the samples of each that are measured, and the samples of each of all tasks.
 JOBS = {
-    "10,000 joints, one a task": (fleet, 2, 100_000, 1_000_000),
+    "joints, one a task": (fleet, 1, 1_000_000, 1_000_000),
     "regression, a partition a task": (regression, 4, 1_000_000, 1_000_000),
     "Hammerstein system, a shard a task": (system, 4, 1_000_000, 1_000_000),
 }
@@ -93,25 +91,26 @@ def main():
     parser.add_argument("--samples", type=float, default=1e10)
     parser.add_argument("--workers", type=int, default=32)
     parser.add_argument("--rounds", type=int, default=1, help="the least of so many measurements counts")
+    parser.add_argument("--jobs", default="", help="the beginnings of the jobs' names, with semicolons; all")
     given = parser.parse_args()
-    # Workers start anew before every job, which is no cause for a warning.
-    logging.getLogger("distributed.nanny").setLevel(logging.ERROR)
     columns = ["ns a sample", "B a sample read", "kB a task sent", "MB a worker", "hours", "GB read", "GB sent", "MB/s read"]
     print(f"{'job':<40}" + "".join(f"{name:>17}" for name in columns))
-    with work.cluster() as workers, Client(workers) as client:
-        for name, (run, tasks, samples, of_each) in JOBS.items():
-            rounds = []
-            for _ in range(given.rounds):
-                with tempfile.TemporaryDirectory() as folder:
-                    rounds.append(run(client, Path(folder), tasks, samples))
-            size, seconds, sent, memory = (min(values) for values in zip(*rounds))
-            done = tasks * samples
-            ns = 1e9 * seconds / done
-            all_tasks = given.samples / of_each
-            total = given.samples * ns * 1e-9 / given.workers
-            read = given.samples * size / done
-            row = [ns, size / done, sent / tasks / 1e3, memory / 1e6, total / 3600, read / 1e9, all_tasks * sent / tasks / 1e9, read / total / 1e6]
-            print(f"{name:<40}" + "".join(f"{value:>17.3g}" for value in row), flush=True)
+    for name, (run, tasks, samples, of_each) in JOBS.items():
+        if not name.startswith(tuple(given.jobs.split(";"))):
+            continue
+        rounds = []
+        for _ in range(given.rounds):
+            # Workers start anew, so that the memory is that of one job.
+            with tempfile.TemporaryDirectory() as folder, work.cluster() as workers, Client(workers) as client:
+                rounds.append(run(client, Path(folder), tasks, samples))
+        size, seconds, sent, memory = (min(values) for values in zip(*rounds))
+        done = tasks * samples
+        ns = 1e9 * seconds / done
+        all_tasks = given.samples / of_each
+        total = given.samples * ns * 1e-9 / given.workers
+        read = given.samples * size / done
+        row = [ns, size / done, sent / tasks / 1e3, memory / 1e6, total / 3600, read / 1e9, all_tasks * sent / tasks / 1e9, read / total / 1e6]
+        print(f"{name:<40}" + "".join(f"{value:>17.3g}" for value in row), flush=True)
 
 
 if __name__ == "__main__":

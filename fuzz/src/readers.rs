@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use std::ops::ControlFlow;
 
 use anyhow::{Context as _, Result, ensure};
+use flexure::Record;
 use flexure::manipulator::chain::{ChainSimulation, DrivenChain, RotorCoupling, simulate_chain_watched};
 use flexure::manipulator::flexible_arm::simulate_flexible_arm_watched;
 use flexure::systems::{KnownHammerstein, KnownNonlinearity, known_linear_parts};
 use flexure_export::{Fmi, Format, Options, export};
 use flexure_io::arm::{ArmFile, ChainFile, PRESETS, SCENARIOS, Scenario, chain_file_of_toml, preset_text};
 use flexure_io::urdf::{UrdfOptions, parse_urdf};
-use flexure_io::{ReadOptions, model_text, parse_model, write_record};
+use flexure_io::{ParquetParts, ReadOptions, model_text, parse_model, write_record};
 use flexure_workbench::export::exportable;
 use rand_pcg::Pcg64;
 use tempfile::TempDir;
@@ -81,11 +82,46 @@ impl Records {
                     file.units.len() == file.record.names().len(),
                     "as many units as columns"
                 );
+                if self.extension == "parquet" {
+                    let names: Vec<&str> = file.record.names().iter().map(String::as_str).collect();
+                    let found = in_parts(path, &names).context("in parts")?;
+                    ensure!(
+                        bits(&found) == bits(&file.record),
+                        "the parts have other samples than the whole"
+                    );
+                }
             }
-            Err(error) => ensure!(error.to_string().len() < 100_000, "the message is long"),
+            Err(error) => {
+                ensure!(error.to_string().len() < 100_000, "the message is long");
+                if self.extension == "parquet"
+                    && let Err(error) = ParquetParts::head(path, 1000)
+                {
+                    ensure!(error.to_string().len() < 100_000, "the message of the parts is long");
+                }
+            }
         }
         Ok(())
     }
+}
+
+/// These columns of a Parquet file, part by part.
+fn in_parts(path: &Path, names: &[&str]) -> Result<Record> {
+    let parts = ParquetParts::open(path, names)?;
+    let mut columns = vec![Vec::new(); names.len()];
+    for part in 0..parts.count() {
+        parts.read(part, &mut |_, some| {
+            columns.iter_mut().zip(some).for_each(|(all, some)| all.extend(some));
+            Ok(())
+        })?;
+    }
+    Ok(Record::new(names.iter().copied().zip(columns))?)
+}
+
+fn bits(record: &Record) -> Vec<u64> {
+    record
+        .columns()
+        .flat_map(|(_, samples)| samples.iter().map(|v| v.to_bits()))
+        .collect()
 }
 
 /// An arm file.

@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 
 from flexure._arrays import Array, samples, whole
-from flexure._cluster import installed
+from flexure._cluster import fits, task
 from flexure._core import DataError, ParameterError, shard_sums
 
 # Excerpts of a long record at least.
 EXCERPTS = 10
+# Samples that one task works on at most: chunks that are longer are cut.
+MOST_SAMPLES = 1 << 20
 
 
 class Shards:
@@ -26,6 +28,7 @@ class Shards:
         records = [_checked(a, b) for a, b in pairs]
         if not records:
             raise ParameterError("there is no record")
+        self.whole = records
         last_u, last_y = records[-1]
         held = min(whole(excerpt, "excerpt", 1000), len(last_u))
         self.end, self.end_at = (last_u[-held:], last_y[-held:]), len(last_u) - held
@@ -35,9 +38,14 @@ class Shards:
 
     def excerpts(self) -> list[tuple[Any, Any]]:
         """Parts that are spread evenly over the records, all records if they are short; then the end with what is held back."""
-        delayed = installed("dask").delayed
-        parts = [delayed(_finite)(u[first : first + size], y[first : first + size], first) for u, y, first, size in self._parts()]
-        return [*parts, delayed(_finite)(*self.end, self.end_at)]
+        finite = task(_finite)
+        parts = [finite(u[first : first + size], y[first : first + size], first) for u, y, first, size in self._parts()]
+        return [*parts, finite(*self.end, self.end_at)]
+
+    def fit(self, memory: int) -> None:
+        """Refuses chunks that take too much of this memory."""
+        for u, _ in self.whole:
+            largest_fits(u, memory)
 
     def _parts(self) -> Iterator[tuple[Any, Any, int, int]]:
         """Record, first sample and size of every excerpt."""
@@ -53,18 +61,32 @@ class Shards:
 
     def sums(self, point: str, reach: int) -> list[Any]:
         """The sums over every shard at a point, still to be computed; the samples before a shard that it is given are `reach`."""
-        delayed = installed("dask").delayed
-        last, sums = delayed(_last, pure=True), delayed(_sums)
+        last, sums = task(_last), task(_sums)
         found = []
         for u, y in self.records:
             first, before = 0, None
-            for size, of_u, of_y in zip(u.chunks[0], u.to_delayed(), y.to_delayed(), strict=True):
+            for size, of_u, of_y in _pieces(u, y):
                 found.append(sums(point, before, of_u, of_y, first, len(u)))
                 if size < reach and first and first + size < len(u):
                     raise ParameterError(f"a chunk has {size} samples, but the system remembers {reach}; rechunk to more")
                 before = last(of_u, of_y, reach)
                 first += size
         return found
+
+
+def largest_fits(u: Any, memory: int) -> None:
+    """Refuses a pair of arrays whose chunks are these if one takes too much of this memory."""
+    if not np.isnan(u.chunks[0]).any():
+        fits(f"a chunk of {max(u.chunks[0])} samples of two arrays", 16 * max(u.chunks[0]), memory, "rechunk to less")
+
+
+def _pieces(u: Any, y: Any) -> Iterator[tuple[int, Any, Any]]:
+    """The sizes and samples of all chunks, long ones cut."""
+    for size, of_u, of_y in zip(u.chunks[0], u.to_delayed(), y.to_delayed(), strict=True):
+        count = -(-size // MOST_SAMPLES)
+        ends = [size * k // count for k in range(count + 1)]
+        for a, b in zip(ends, ends[1:], strict=False):
+            yield b - a, *((of_u, of_y) if count == 1 else (of_u[a:b], of_y[a:b]))
 
 
 def _checked(u: Any, y: Any) -> tuple[Any, Any]:

@@ -120,7 +120,8 @@ class StreamedKernelRegressor(RegressorMixin, BaseEstimator):  # type: ignore[mi
         """Takes in the sums of `to_bytes`, of one part or of several, in their order; what was taken in before is forgotten."""
         parts = [parts] if isinstance(parts, bytes) else list(parts)
         sums = Sums.empty(self.most_bins, self.block)
-        sums.merge([Sums.from_bytes(part) for part in parts])
+        for part in parts:
+            sums.merge([Sums.from_bytes(part)])
         return self._with(sums)
 
     def _with(self, sums: Sums) -> Self:

@@ -56,7 +56,7 @@ impl Sharded {
 
     /// Takes the sums over all shards; whether there is another point.
     fn advance(&self, sums: &[u8]) -> PyResult<bool> {
-        let sums: ShardSums = serde_json::from_slice(sums).map_err(unreadable)?;
+        let sums = ShardSums::from_bytes(sums).map_err(|error| of_library(&error))?;
         self.with(|found| found.advance(sums))
             .map_err(|error| of_library(&error))
     }
@@ -111,34 +111,30 @@ pub fn shard_sums<'py>(
 ) -> PyResult<Bound<'py, PyBytes>> {
     let point: ShardPoint = serde_json::from_str(point).map_err(unreadable)?;
     let sums = interruptible(py, move |_| point.sums(u.samples(), y.samples(), first, before, length))?;
-    written(py, &sums.map_err(|error| of_library(&error))?)
+    let sums = sums.map_err(|error| of_library(&error))?;
+    Ok(PyBytes::new(py, &sums.to_bytes()))
 }
 
 /// The sums of several shards together, in their order.
 #[pyfunction]
 pub fn merged_sums<'py>(py: Python<'py>, parts: Vec<Vec<u8>>) -> PyResult<Bound<'py, PyBytes>> {
-    let read = |part: &Vec<u8>| serde_json::from_slice::<ShardSums>(part).map_err(unreadable);
-    let parts: Vec<ShardSums> = parts.iter().map(read).collect::<PyResult<_>>()?;
     let [first, others @ ..] = parts.as_slice() else {
         return Err(DataError::new_err("there are no sums to merge"));
     };
     let merged = briefly(py, || {
-        let mut merged = first.clone();
-        others.iter().try_for_each(|other| merged.merge(other)).map(|()| merged)
+        let mut merged = ShardSums::from_bytes(first)?;
+        for other in others {
+            merged.merge(&ShardSums::from_bytes(other)?)?;
+        }
+        Ok(merged.to_bytes())
     })?;
-    written(py, &merged.map_err(|error| of_library(&error))?)
+    Ok(PyBytes::new(py, &merged.map_err(|error| of_library(&error))?))
 }
 
 fn record(u: &Column, y: &Column) -> flexure::Result<Record> {
     Record::new([("u", u.samples().to_vec()), ("y", y.samples().to_vec())])
 }
 
-fn written<'py>(py: Python<'py>, sums: &ShardSums) -> PyResult<Bound<'py, PyBytes>> {
-    serde_json::to_vec(sums)
-        .map(|bytes| PyBytes::new(py, &bytes))
-        .map_err(unreadable)
-}
-
 fn unreadable(error: serde_json::Error) -> PyErr {
-    DataError::new_err(format!("these are no partial sums, and no point of them: {error}"))
+    DataError::new_err(format!("this is no point of partial sums: {error}"))
 }

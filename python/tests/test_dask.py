@@ -1,10 +1,6 @@
-"""A fleet on a cluster of real processes: workers that are killed, records that are broken, a client that comes back."""
+"""Fleets, long records and simulations on a cluster of real processes: the numbers of one machine. `test_workers.py` has what goes wrong there."""
 
 import json
-import os
-import signal
-import threading
-import time
 
 import numpy as np
 import pytest
@@ -37,11 +33,6 @@ def of_plant(record):
     return flexure.Hammerstein().fit(record, input="u", output="y")
 
 
-def slowly(record):
-    time.sleep(0.4)
-    return of_plant(record)
-
-
 @pytest.fixture(scope="module")
 def plants():
     return {key: record(i, broken=key == "p05") for i, key in enumerate(KEYS)}
@@ -68,41 +59,6 @@ def test_the_numbers_are_those_of_one_machine_and_a_broken_record_has_its_error(
         assert (row["fit_percent"], row["rms"]) == (own.verdict_.fit_percent, own.verdict_.rms)
         loaded = flexure.load(tmp_path / "r" / row["model"])
         np.testing.assert_array_equal(loaded.linear_.a, own.linear_.a)
-
-
-def test_killed_workers_lose_nothing_and_double_nothing(plants, tmp_path):
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster, distributed.Client(cluster) as client:
-
-        def kill():
-            for _ in range(2):
-                time.sleep(1.2)
-                pid = next(iter(client.run(os.getpid).values()))
-                os.kill(pid, signal.SIGKILL)
-
-        killer = threading.Thread(target=kill)
-        killer.start()
-        killed = flexure.dask.identify_fleet(plants, by="plant", model=slowly, output=tmp_path / "killed", client=client)
-        killer.join()
-        whole = flexure.dask.identify_fleet(plants, by="plant", model=slowly, output=tmp_path / "whole", client=client)
-    assert rows(killed) == rows(whole)
-
-
-def test_a_client_that_comes_back_goes_on(plants, client, tmp_path):
-    calls = tmp_path / "calls"
-    calls.mkdir()
-
-    def counted(record):
-        (calls / os.urandom(8).hex()).touch()
-        return of_plant(record)
-
-    some = dict(list(plants.items())[:4])
-    flexure.dask.identify_fleet(some, by="plant", model=counted, output=tmp_path / "r", client=client)
-    table = flexure.dask.identify_fleet(plants, by="plant", model=counted, output=tmp_path / "r", client=client)
-    # Twelve machines, none twice.
-    assert len(list(calls.iterdir())) == 12 and len(rows(table)) == 12
-    flexure.dask.identify_fleet(plants, by="plant", model=counted, output=tmp_path / "r", client=client)
-    # Only the broken one is tried again.
-    assert len(list(calls.iterdir())) == 13
 
 
 def test_a_data_set_of_parquet_and_a_cluster_of_its_own(plants, tmp_path):
@@ -175,30 +131,6 @@ def test_a_regression_over_partitions_is_that_of_one_machine(client):
     assert again.to_bytes() == flexure.dask.regress(frame, x="x", y="y", client=client).to_bytes()
 
 
-def test_a_regression_outlives_a_killed_worker():
-    import dask.array
-
-    x, y = correlated(20_000)
-
-    def slow(block):
-        time.sleep(0.3)
-        return block
-
-    slow_x = dask.array.from_array(x, chunks=2000).map_blocks(slow, dtype=float)
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster, distributed.Client(cluster) as client:
-
-        def kill():
-            time.sleep(0.7)
-            os.kill(next(iter(client.run(os.getpid).values())), signal.SIGKILL)
-
-        killer = threading.Thread(target=kill)
-        killer.start()
-        killed = flexure.dask.regress(None, x=slow_x, y=dask.array.from_array(y, chunks=2000), client=client)
-        killer.join()
-        whole = flexure.dask.regress(None, x=slow_x, y=dask.array.from_array(y, chunks=2000), client=client)
-    assert killed.to_bytes() == whole.to_bytes()
-
-
 def test_a_regression_names_the_row_that_is_wrong(client):
     import dask.array
 
@@ -251,6 +183,18 @@ def test_a_system_of_shards_is_that_of_the_whole_record(client):
     np.testing.assert_allclose(whole.predicted_[100:], whole.simulate(u[-20_000:])[100:], atol=1e-12)
 
 
+def test_sums_that_are_damaged_or_of_another_version_are_refused_in_words():
+    from flexure._core import Sharded, merged_sums, shard_sums
+
+    u, y = long_record(5000)
+    point = Sharded([(u, y)], flexure.Hammerstein(fresh=0.05)._options()).point()
+    sums = shard_sums(point, u, y, 0, 0, len(u))
+    assert merged_sums([sums]) == sums
+    for part, reason in ((sums[:4] + b"\x02" + sums[5:], "another version"), (sums[:-9] + b"!" + sums[-8:], "damaged"), (b"{}", "begin otherwise")):
+        with pytest.raises(flexure.DataError, match=reason):
+            merged_sums([sums, part])
+
+
 def test_several_records_in_shards_are_experiments_of_one_system(client):
     records = [long_record(30_000, seed) for seed in (2, 3)]
     of_u, of_y = zip(*(in_chunks(record, 9000) for record in records), strict=True)
@@ -259,31 +203,6 @@ def test_several_records_in_shards_are_experiments_of_one_system(client):
     np.testing.assert_allclose(found.linear_.a, own.linear_.a, atol=0.5 * own.linear_.a_errors.max())
     # Both records begin with samples that do not count.
     assert found.samples_ < 57_499 - 60
-
-
-def test_a_system_of_shards_outlives_two_killed_workers():
-    u, y = long_record(40_000)
-
-    def slow(block):
-        time.sleep(0.2)
-        return block
-
-    of_u, of_y = in_chunks((u, y), 4000)
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster, distributed.Client(cluster) as client:
-
-        def kill():
-            for _ in range(2):
-                time.sleep(1.5)
-                os.kill(next(iter(client.run(os.getpid).values())), signal.SIGKILL)
-
-        slow_u = of_u.map_blocks(slow, dtype=float)
-        killer = threading.Thread(target=kill)
-        killer.start()
-        killed = flexure.dask.identify(slow_u, of_y, excerpt=10_000, client=client)
-        killer.join()
-        whole = flexure.dask.identify(of_u, of_y, excerpt=10_000, client=client)
-    np.testing.assert_array_equal(numbers(killed), numbers(whole))
-    assert killed.samples_ == whole.samples_
 
 
 def test_what_shards_cannot_be_is_refused_in_words(client):

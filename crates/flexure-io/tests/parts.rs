@@ -127,3 +127,16 @@ fn a_file_that_is_cut_off_is_refused() {
         assert!(message(&error, directory).starts_with("counted.parquet"), "{error}");
     }
 }
+
+#[test]
+fn a_file_that_changes_after_it_was_opened_is_refused() {
+    let path = counted("parts_changed", &[5000, 5000]);
+    let parts = ParquetParts::open(&path, &["n", "half"]).unwrap();
+    assert_eq!(rows(&parts, 0, 10_000).len(), 10_000);
+    counted("parts_changed", &[5000, 4000]);
+    let error = parts.read_rows(0..10, &mut |_, _| Ok(())).unwrap_err();
+    assert!(
+        message(&error, path.parent().unwrap()).contains("it has changed since it was opened; read it again"),
+        "{error}"
+    );
+}

@@ -1,15 +1,19 @@
 //! A Parquet file part by part, for computations that need the rows one after the other, not all at once.
 
 use std::fs::File;
+use std::io;
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, resume_unwind};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::SystemTime;
 
 use flexure::Record;
 use flexure::error::DataError;
-use parquet::column::reader::ColumnReader;
+use parquet::column::reader::{ColumnReader, get_column_reader};
 use parquet::errors::ParquetError;
-use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::metadata::{ParquetMetaData, ParquetMetaDataReader};
+use parquet::file::serialized_reader::SerializedPageReader;
 
 use super::{Appended, CONTRADICTORY, Kind, aloud, check_ends, content, damaged, next, quietly};
 use crate::error::{Error, Result};
@@ -17,6 +21,8 @@ use crate::record_file::{Other, RecordFile};
 use crate::units::split_units;
 
 /// Some columns of a Parquet file, row group by row group. Memory holds only one page of every column, for files of any length.
+///
+/// The footer is read once. A page is unpacked whole: the writers of Parquet make pages of about 1 MB, but the format allows 2 GiB.
 ///
 /// ```
 /// # let folder = std::env::temp_dir().join(format!("flexure-parts-{}", std::process::id()));
@@ -44,6 +50,16 @@ pub struct ParquetParts {
     units: Vec<Option<String>>,
     /// The place of every part's first row in the file, and the number of all rows.
     starts: Vec<u64>,
+    metadata: Arc<ParquetMetaData>,
+    state: State,
+}
+
+/// The length of a file, and when it was last changed.
+type State = (u64, Option<SystemTime>);
+
+fn state(file: &File) -> io::Result<State> {
+    let found = file.metadata()?;
+    Ok((found.len(), found.modified().ok()))
 }
 
 /// Takes consecutive rows: the place of the first one in the file, and the columns. Missing samples are NaN.
@@ -59,8 +75,13 @@ impl ParquetParts {
         let path = path.as_ref();
         let file = File::open(path).map_err(|cause| Error::read(path, cause))?;
         check_ends(path, &file)?;
-        quietly(AssertUnwindSafe(|| Self::checked(path, file, columns)))
-            .unwrap_or_else(|_| Err(damaged(path, CONTRADICTORY)))
+        let checked = || {
+            let state = state(&file).map_err(|cause| Error::read(path, cause))?;
+            let metadata = ParquetMetaDataReader::new().parse_and_finish(&file);
+            let metadata = metadata.map_err(|error| content(path, error))?;
+            Self::checked(path, Arc::new(metadata), state, columns)
+        };
+        quietly(AssertUnwindSafe(checked)).unwrap_or_else(|_| Err(damaged(path, CONTRADICTORY)))
     }
 
     /// The first rows of a file with all columns that can be read: names, units and clocks are as in the record that
@@ -73,8 +94,8 @@ impl ParquetParts {
         let parts = ParquetParts::open(path, &[])?;
         let (mut columns, mut units, mut refused) = (Vec::new(), Vec::new(), None);
         for name in &parts.names {
-            let only = ParquetParts::open(path, &[name]).and_then(|only| Ok((only.rows_of(0..rows)?, only.units)));
-            match only {
+            let only = Self::checked(path, Arc::clone(&parts.metadata), parts.state, &[name]);
+            match only.and_then(|only| Ok((only.rows_of(0..rows)?, only.units))) {
                 Ok((samples, unit)) => {
                     columns.extend(samples.into_iter().map(|samples| (name.clone(), samples)));
                     units.extend(unit);
@@ -116,9 +137,8 @@ impl ParquetParts {
         Ok(all)
     }
 
-    fn checked(path: &Path, file: File, columns: &[&str]) -> Result<Self> {
-        let reader = SerializedFileReader::new(file).map_err(|error| content(path, error))?;
-        let schema = reader.metadata().file_metadata().schema_descr();
+    fn checked(path: &Path, metadata: Arc<ParquetMetaData>, state: State, columns: &[&str]) -> Result<Self> {
+        let schema = metadata.file_metadata().schema_descr();
         let mut names: Vec<String> = schema.columns().iter().map(|column| column.name().to_owned()).collect();
         let all_units = split_units(&mut names);
         let found = |name: &&str| {
@@ -133,7 +153,7 @@ impl ParquetParts {
         };
         let columns = columns.iter().map(found).collect::<Result<Vec<_>>>()?;
         let mut starts = vec![0_u64];
-        for group in reader.metadata().row_groups() {
+        for group in metadata.row_groups() {
             let rows = u64::try_from(group.num_rows()).unwrap_or(0);
             starts.push(starts[starts.len() - 1].saturating_add(rows));
         }
@@ -149,6 +169,8 @@ impl ParquetParts {
             names,
             columns,
             starts,
+            metadata,
+            state,
         })
     }
 
@@ -201,12 +223,15 @@ impl ParquetParts {
         let read = || {
             // Opens the file again: several parts may be read at once, and copies of a handle share one position.
             let file = File::open(&self.path).map_err(|cause| Error::read(&self.path, cause))?;
-            let reader = SerializedFileReader::new(file).map_err(|error| content(&self.path, error))?;
+            if state(&file).map_err(|cause| Error::read(&self.path, cause))? != self.state {
+                return Err(damaged(&self.path, "it has changed since it was opened; read it again"));
+            }
+            let file = Arc::new(file);
             for part in 0..self.count() {
                 let own = self.rows_in(part);
                 let wanted = rows.start.max(own.start)..rows.end.min(own.end);
                 if !wanted.is_empty() {
-                    self.read_checked(&reader, part, wanted, &mut each)?;
+                    self.read_checked(&file, part, wanted, &mut each)?;
                 }
             }
             Ok(())
@@ -218,19 +243,15 @@ impl ParquetParts {
         }
     }
 
-    fn read_checked(
-        &self,
-        file: &SerializedFileReader<File>,
-        part: usize,
-        rows: Range<u64>,
-        each: &mut TakeRows,
-    ) -> Result<()> {
+    fn read_checked(&self, file: &Arc<File>, part: usize, rows: Range<u64>, each: &mut TakeRows) -> Result<()> {
         let content = |error| content(&self.path, error);
         let damaged = |detail: &str| damaged(&self.path, detail);
-        let group = file.get_row_group(part).map_err(content)?;
+        let group = self.metadata.row_group(part);
+        let in_group = usize::try_from(group.num_rows()).unwrap_or(0);
         let before = usize::try_from(rows.start - self.starts[part]).unwrap_or(usize::MAX);
         let readers = self.columns.iter().map(|(i, kind)| {
-            let mut reader = group.get_column_reader(*i)?;
+            let pages = SerializedPageReader::new(Arc::clone(file), group.column(*i), in_group, None)?;
+            let mut reader = get_column_reader(group.schema_descr().column(*i), Box::new(pages));
             skip(&mut reader, before)?;
             Ok((reader, *kind))
         });

@@ -1,8 +1,6 @@
 //! Linear least squares over long columns: inner products in fixed chunks, so that the sums do not depend on the threads, and normal
 //! equations scaled to a unit diagonal.
 
-use serde::{Deserialize, Serialize};
-
 use crate::linalg;
 use crate::parallel;
 use crate::vectors::{add, dot};
@@ -19,7 +17,7 @@ const LARGEST_RIDGE: f64 = 1e-3;
 const INVERSE_RIDGES: usize = 4;
 
 /// A sum of squares linearised about a point: all that a step needs.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct NormalEquations {
     /// The sum of squares r'r.
     pub cost: f64,

@@ -146,16 +146,13 @@ impl Streamed<'_> {
 
     /// The sums over the first `fitted` samples.
     fn sums(&self, signals: &ParquetParts, point: &ShardPoint, fitted: u64) -> Result<ShardSums> {
-        let mut all: Option<ShardSums> = None;
+        let mut all = point.empty();
         for some in runs(fitted).chunks(self.at_once()) {
             for sums in batch(some, |rows| sums_over(signals, point, rows.clone(), fitted)) {
-                add(&mut all, sums?).map_err(|error| signals.locate(error))?;
+                all.merge(&sums?).map_err(|error| signals.locate(error))?;
             }
         }
-        match all {
-            Some(all) => Ok(all),
-            None => anyhow::bail!("the record has no samples besides those of the verdict"),
-        }
+        Ok(all)
     }
 }
 
@@ -165,14 +162,6 @@ fn runs(rows: u64) -> Vec<Range<u64>> {
     (0..rows.div_ceil(length))
         .map(|k| k * length..rows.min((k + 1) * length))
         .collect()
-}
-
-fn add(all: &mut Option<ShardSums>, sums: ShardSums) -> flexure::Result<()> {
-    match all {
-        None => *all = Some(sums),
-        Some(all) => all.merge(&sums)?,
-    }
-    Ok(())
 }
 
 /// The excerpts of the first `fitted` rows.
@@ -217,7 +206,7 @@ fn sums_over(
     let [mut u, mut y] = [Vec::new(), Vec::new()];
     // The row of the first sample that is held, and that of the first one that is not yet added.
     let (mut first, mut next) = (rows.start.saturating_sub(reach), rows.start);
-    let mut all: Option<ShardSums> = None;
+    let mut all = point.empty();
     signals.read_rows(first..rows.end, &mut |_, columns| {
         u.extend_from_slice(&columns[0]);
         y.extend_from_slice(&columns[1]);
@@ -228,8 +217,7 @@ fn sums_over(
                 return Ok(());
             }
             let before = (next - first) as usize;
-            let sums = point.sums(&u[..held], &y[..held], first as usize, before, length as usize);
-            sums.and_then(|sums| add(&mut all, sums))
+            all.push(point, &u[..held], &y[..held], first as usize, before, length as usize)
                 .map_err(|error| signals.locate(error))?;
             let passed = held - (reach as usize).min(held);
             u.drain(..passed);
@@ -237,5 +225,5 @@ fn sums_over(
             (first, next) = (first + passed as u64, to);
         }
     })?;
-    all.ok_or_else(|| signals.locate(flexure::Error::too_short("the record", 1, 0)))
+    Ok(all)
 }

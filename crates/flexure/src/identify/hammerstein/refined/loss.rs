@@ -6,8 +6,6 @@
 
 use std::ops::Range;
 
-use serde::{Deserialize, Serialize};
-
 use super::blocks::{Blocks, Layout, Observed};
 use super::limits::{CHUNK, ROWS};
 use super::linear_part::{LinearPart, polynomial_product};
@@ -18,11 +16,10 @@ use crate::parallel;
 use crate::vectors::dot;
 
 /// The normal equations of the prediction error: J is the derivative of the prediction.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Equations {
     /// The number of errors.
     pub count: usize,
-    #[serde(flatten)]
     pub normal: NormalEquations,
 }
 

@@ -47,6 +47,7 @@ mod order;
 mod output_error;
 mod piecewise;
 mod sharded;
+mod sharded_bytes;
 mod stepwise;
 mod structure;
 mod views;

@@ -24,12 +24,32 @@ use crate::identify::warning::Warning;
 use crate::linear::least_squares::NormalEquations;
 use crate::record::Record;
 
-/// The sums over the errors of some samples at one point.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct ShardSums(Equations);
+/// The sums over the errors of some samples at one point; those of none are from [`ShardPoint::empty`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShardSums(pub(super) Equations);
 
 impl ShardSums {
+    /// Adds the sums over a shard, as [`ShardPoint::sums`] takes it.
+    ///
+    /// # Errors
+    /// Those of [`ShardPoint::sums`]; [`Error::Data`]: `NotSums` for a point of other parameters.
+    pub fn push(
+        &mut self,
+        point: &ShardPoint,
+        u: &[f64],
+        y: &[f64],
+        first: usize,
+        before: usize,
+        length: usize,
+    ) -> Result<()> {
+        self.merge(&point.sums(u, y, first, before, length)?)
+    }
+
+    /// The number of errors.
+    pub fn count(&self) -> usize {
+        self.0.count
+    }
+
     /// Adds those of other samples at the same point.
     ///
     /// # Errors
@@ -64,6 +84,14 @@ pub struct ShardPoint {
 }
 
 impl ShardPoint {
+    /// The sums over no samples.
+    pub fn empty(&self) -> ShardSums {
+        ShardSums(Equations {
+            count: 0,
+            normal: NormalEquations::zero(self.blocks.layout().len()),
+        })
+    }
+
     /// How many samples before a shard it has to be given.
     pub fn reach(&self) -> usize {
         self.blocks.reach(&self.whitening)

@@ -154,3 +154,59 @@ fn what_does_not_belong_together_is_refused() {
     };
     assert!(damaged.sums(&[1.0], &[0.0], 0, 0, 1).is_err());
 }
+
+#[test]
+fn sums_are_values_that_are_merged_in_any_order_and_travel_as_bytes() {
+    let n = 30_000;
+    let record = system().simulate(n, 6);
+    let point = started(&record, 6000).point();
+    let whole = summed(&point, &record, n, &[], 0);
+    let (u, y) = (record.column("u").unwrap(), record.column("y").unwrap());
+    let shards: Vec<ShardSums> = (0..6)
+        .map(|k| {
+            let (from, end) = (k * n / 6, (k + 1) * n / 6);
+            let first = from.saturating_sub(point.reach());
+            let mut sums = point.empty();
+            sums.push(&point, &u[first..end], &y[first..end], first, from - first, n)
+                .unwrap();
+            sums
+        })
+        .collect();
+    for order in [[0, 1, 2, 3, 4, 5], [5, 3, 1, 0, 2, 4], [2, 0, 5, 4, 1, 3]] {
+        let mut all = point.empty();
+        for k in order {
+            let bytes = shards[k].to_bytes();
+            let again = ShardSums::from_bytes(&bytes).unwrap();
+            assert_eq!((&again, again.to_bytes()), (&shards[k], bytes));
+            all.merge(&again).unwrap();
+        }
+        assert_eq!(all.count(), whole.count());
+        assert!(
+            difference(&whole, &all) < 1e-10,
+            "{order:?}: {}",
+            difference(&whole, &all)
+        );
+    }
+    assert!(point.empty().push(&point, &[f64::NAN], &[0.0], 0, 0, 1).is_err());
+}
+
+#[test]
+fn bytes_of_another_version_and_damaged_ones_are_refused_in_words() {
+    let record = system().simulate(20_000, 7);
+    let point = started(&record, 6000).point();
+    let bytes = summed(&point, &record, 20_000, &[], 0).to_bytes();
+    let refused = |bytes: &[u8]| ShardSums::from_bytes(bytes).unwrap_err().to_string();
+    for at in 0..bytes.len() {
+        let mut damaged = bytes.clone();
+        damaged[at] ^= 0x10;
+        let reason = match at {
+            0..4 => "they begin otherwise",
+            4 => "they are of another version",
+            _ => "they are damaged",
+        };
+        assert!(refused(&damaged).contains(reason), "{at}: {}", refused(&damaged));
+        let words = refused(&bytes[..at]);
+        assert!(words.starts_with("these are no partial sums: they "), "{at}: {words}");
+    }
+    assert!(refused(&[&bytes[..], &[0]].concat()).contains("damaged"));
+}
