@@ -28,6 +28,11 @@ impl Acting {
         }
     }
 
+    /// Whether a torque acts from its sample on, or at it.
+    pub fn is_usual(&self) -> bool {
+        (0.0..1.0).contains(&self.delay)
+    }
+
     /// The torque that acts at this time, which is counted in samples.
     pub fn at(&self, torque: &[f64], time: f64) -> f64 {
         let last = torque.len() - 1;

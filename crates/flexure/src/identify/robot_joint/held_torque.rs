@@ -12,7 +12,7 @@ use super::clock_offset::ClockOffset;
 use super::division::RIGID_FRICTION;
 use super::equations::Equations;
 use super::finding::Finding;
-use super::limits::{PASSAGES_AGAIN, STRIBECK_VELOCITIES};
+use super::limits::{LOGGED_ELSEWHERE, PASSAGES_AGAIN, STRIBECK_VELOCITIES};
 use super::passages::{Law, Near, Passage};
 use super::rigid::{INERTIA, RigidJoint, Signals, without};
 
@@ -30,7 +30,7 @@ struct Explanation {
     passages: Vec<Passage>,
     /// The noise of the equation.
     weights: Vec<Vec<f64>>,
-    /// Twice the negative logarithm of the likelihood.
+    /// Twice the negative logarithm of the likelihood, with a penalty for unusual ways to act.
     score: f64,
 }
 
@@ -55,7 +55,8 @@ impl Signals {
     pub fn acts(&mut self, joint: &RigidJoint, band: f64) -> Option<Acts> {
         let mut best: Option<(Explanation, Option<Finding>)> = None;
         for acting in ACTINGS {
-            for explanation in self.explanations(joint, acting, band) {
+            for mut explanation in self.explanations(joint, acting, band) {
+                explanation.score += if acting.is_usual() { 0.0 } else { LOGGED_ELSEWHERE };
                 let is_worse = best.as_ref().is_some_and(|(best, _)| best.score < explanation.score);
                 if explanation.score.is_nan() || is_worse {
                     continue;

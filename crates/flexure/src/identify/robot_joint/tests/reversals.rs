@@ -147,3 +147,42 @@ fn a_torque_logged_after_it_acted_is_moved_back() {
     let viscous = form.parameter("Fv").unwrap();
     assert!((viscous.value / VISCOUS - 1.0).abs() < 0.02, "{viscous:?}");
 }
+
+#[test]
+fn a_noisy_torque_that_acts_at_its_sample_is_not_moved() {
+    // The torque that a smooth motion needs, which jumps with the friction.
+    for seed in 0..4 {
+        let mut random = Pcg64::seed_from_u64(seed);
+        let lines = [(0.17, 0.5), (0.55, 0.2), (1.29, 0.08)].map(|(f, size)| {
+            let w: f64 = std::f64::consts::TAU * f * random.random_range(0.9..1.1);
+            [w, size, random.random_range(0.0..std::f64::consts::TAU)]
+        });
+        let [position, torque] = [false, true].map(|is_torque| -> Vec<f64> {
+            let at = |k: usize| {
+                let sum = |of: &dyn Fn(f64, f64, f64) -> f64| -> f64 {
+                    lines
+                        .iter()
+                        .map(|&[w, size, phase]| of(w, size, w * 0.002 * k as f64 + phase))
+                        .sum()
+                };
+                let (v, a) = (
+                    sum(&|w, size, x| size * w * x.cos()),
+                    sum(&|w, size, x| -size * w * w * x.sin()),
+                );
+                match is_torque {
+                    true => 0.5 * a + 4.0 * v + 3.0 * v.signum(),
+                    false => sum(&|_, size, x| size * x.sin()),
+                }
+            };
+            (0..10_000).map(at).collect()
+        });
+        let axis = rigid_axis(&[noisy(&position, 2e-5, seed), noisy(&torque, 0.3, seed + 50)], 0.002);
+        let moved = axis.findings.iter().any(|f| matches!(f, Finding::TorqueDelay { .. }));
+        assert!(!moved, "{seed}: {:?}", axis.findings);
+        assert!(
+            (axis.inertia.value / 0.5 - 1.0).abs() < 0.007,
+            "{seed}: {:?}",
+            axis.inertia
+        );
+    }
+}
