@@ -319,6 +319,7 @@ class Chain:
     def simulate(
         self,
         torques: Sequence[_Array],
+        base: _Array | None,
         initial: Sequence[float],
         span: tuple[float, float],
         tolerances: tuple[float, float],

@@ -57,6 +57,7 @@ pub fn run<'py>(
             },
             sampling: Sampling::new(span[0], span[1])?,
             integrator,
+            base_motion: None,
         };
         simulate(&slices(&torques), &options, &mut |_| interrupt.flow())
     })?;

@@ -120,10 +120,26 @@ def test_a_motion_repeats_the_dynamics():
     np.testing.assert_allclose((v[2:] - v[:-2]) / 0.002, a, atol=1e-3 * np.abs(a).max())
 
 
+def test_a_base_that_accelerates_changes_gravity():
+    t = np.linspace(0, 0.3, 31)
+    lift = np.zeros((31, 7))
+    lift[:, 2], lift[:, 6] = 0.5 * 3.0 * t**2, 1.0
+    text = CHAINS[0]["urdf"]
+    moved = flexure.Chain.from_text(text).simulate(0.3, 0.01, base=lift)
+    heavy = flexure.Chain.from_text(text, gravity=(0.0, 0.0, -12.81)).simulate(0.3, 0.01)
+    for name, values in heavy.items():
+        np.testing.assert_allclose(moved[name], values, atol=1e-8)
+    np.testing.assert_allclose(moved["base_vz"], 3.0 * t, atol=1e-9)
+    with pytest.raises(flexure.ParameterError, match="floats"):
+        flexure.Chain.preset("space-manipulator").simulate(0.3, 0.01, base=lift)
+
+
 @pytest.mark.parametrize(
     ("given", "words"),
     [
         ({"duration": -1.0, "dt": 0.1}, "duration is -1"),
+        ({"duration": 1.0, "dt": 0.1, "base": np.ones((5, 7))}, r"'base' has the shape \(5, 7\), but this run needs \(11, 7\)"),
+        ({"duration": 1.0, "dt": 0.1, "base": np.zeros((11, 7))}, "quaternion in row 1"),
         ({"duration": 1.0, "dt": 0.1, "torque": [1.0]}, "torque"),
         ({"duration": 1.0, "dt": 0.1, "torque": np.zeros((5, 6))}, "tau_joint1"),
         ({"duration": 1.0, "dt": 0.1, "q": [0.0]}, "'q' has the shape"),
