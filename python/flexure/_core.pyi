@@ -315,12 +315,12 @@ class Chain:
     def preset(name: str) -> Chain: ...
     @property
     def flexible(self) -> list[bool]: ...
-    def instants(self, duration: float, dt: float) -> int: ...
+    def instants(self, duration: float, dt: float, runs: int) -> int: ...
     def simulate(
         self,
         torques: Sequence[_Array],
         base: _Array | None,
-        initial: Sequence[float],
+        initial: Sequence[Sequence[float]],
         span: tuple[float, float],
         tolerances: tuple[float, float],
         integrator: str,

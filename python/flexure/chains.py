@@ -13,7 +13,7 @@ import numpy.typing as npt
 from flexure import _core
 from flexure._arrays import finite_number, samples
 from flexure._core import DataError, ParameterError
-from flexure._states import gravity_vector, poses, vector
+from flexure._states import gravity_vector, poses, starts, torques, vector, vectors
 
 __all__ = ["AccelerationDerivatives", "Chain", "Energy", "Mode", "Momentum", "TorqueDerivatives"]
 
@@ -77,8 +77,8 @@ class Momentum(NamedTuple):
 class Chain:
     """A chain or tree of rigid links, with joints that turn, slide or are fixed.
 
-    Take it from a URDF, `Chain.from_urdf`, from a chain file, `Chain.from_toml`, or ready to use, `Chain.preset`. All methods but `simulate` take one state or many, in the first axis, and return arrays of the same first axis;
-    many states are computed on all cores.
+    Take it from a URDF, `Chain.from_urdf`, from a chain file, `Chain.from_toml`, or ready to use, `Chain.preset`. All methods
+    take one state or many, in the first axis, and return arrays of the same first axis; many states are computed on all cores.
 
     Positions `q` have the shape (..., nq), velocities `v`, accelerations and torques (..., nv), in rad or m, rad/s or m/s, N m or N.
     On a fixed base nq = nv is the number of moving joints. A free base comes before them: `q` begins with its position
@@ -344,17 +344,18 @@ class Chain:
     ) -> dict[str, Array]:
         """The motion over `duration` s, at instants `dt` s apart.
 
-        Nothing acts on a free base. A fixed one may be moved. Limits of joints are not kept.
+        Nothing acts on a free base. A fixed one may be moved. Limits of joints are not kept. Many runs are simulated on all cores, each with the
+        bits that it has alone; what is given without runs is that of all.
 
         Parameters
         ----------
         duration, dt : float
             In s; the motion has ``duration / dt + 1`` instants.
-        torque : array of shape (driven,) or (instants, driven), optional
+        torque : array of shape (driven,), (instants, driven) or (runs, instants, driven), optional
             The torques of the joints that are `driven`, each held until the next instant; without it none act. Seen from the link's side of the gear.
-        q, v : array of shape (nq,), (nv,), optional
+        q, v : array of shape (nq,) or (runs, nq), (nv,) or (runs, nv), optional
             The state at the start; at rest in `neutral` without them.
-        motor_q, motor_v : array, one value a flexible joint, optional
+        motor_q, motor_v : array of shape (flexible,) or (runs, flexible), one value a flexible joint, optional
             Angles and velocities of the motors at the start; those of the links without them, so that no spring is bent.
         base : array of shape (instants, 7), optional
             How a fixed base is moved, as by a ship or a vehicle: its position in the world, m, and its orientation as a quaternion, ``[x, y, z, qx,
@@ -368,7 +369,7 @@ class Chain:
 
         Returns
         -------
-        dict of arrays of shape (instants,)
+        dict of arrays of shape (instants,) or (runs, instants)
             ``t``, and for a joint "a" ``tau_a``, ``q_a``, ``dq_a``, of a flexible one ``qm_a`` and ``dqm_a`` too, of a passive one no ``tau_a``; of a base that floats or is moved ``base_x`` to
             ``base_z``, ``base_qx`` to ``base_qw``, ``base_vx`` to ``base_vz`` and ``base_wx`` to ``base_wz``, the velocities in the base's own axes.
 
@@ -396,29 +397,22 @@ class Chain:
         joints = len(self.joints)
         flexible = np.array(self._core.flexible, bool)
         own = {
-            "q": self.neutral if q is None else vector(q, "q", self.nq),
-            "v": np.zeros(self.nv) if v is None else vector(v, "v", self.nv),
+            "q": self.neutral if q is None else vectors(q, "q", self.nq),
+            "v": np.zeros(self.nv) if v is None else vectors(v, "v", self.nv),
         }
         motors = [
-            own[of][len(own[of]) - joints :][flexible] if given is None else vector(given, f"motor_{of}", int(flexible.sum()))
+            own[of][..., -joints:][..., flexible] if given is None else vectors(given, f"motor_{of}", int(flexible.sum()))
             for of, given in (("q", motor_q), ("v", motor_v))
         ]
-        initial = np.concatenate([own["q"], motors[0], own["v"], motors[1]])
+        torque = None if torque is None else np.asarray(torque)
+        runs, initial = starts([own["q"], motors[0], own["v"], motors[1]], torque)
         duration, dt = finite_number(duration, "duration"), finite_number(dt, "dt")
-        instants = self._core.instants(duration, dt)
-        torques = [] if torque is None else self._torques(np.asarray(torque), instants)
+        instants = self._core.instants(duration, dt, runs or 1)
+        columns = [] if torque is None else torques(torque, self.driven, instants, runs)
         tolerances = (finite_number(rtol, "rtol"), finite_number(atol, "atol"))
         moved = None if base is None else poses(np.asarray(base), instants)
-        return self._core.simulate(torques, moved, initial.tolist(), (duration, dt), tolerances, integrator)
-
-    def _torques(self, torque: Any, instants: int) -> list[Array]:
-        """A column a driven joint."""
-        joints = len(self.driven)
-        if torque.ndim == 1 and torque.shape == (joints,):
-            torque = np.broadcast_to(torque, (instants, joints))
-        if torque.ndim != 2 or torque.shape[1] != joints:
-            raise DataError(f"'torque' has the shape {torque.shape}, but this chain needs ({joints},) or (instants, {joints})")
-        return [samples(torque[:, i], f"tau_{name}") for i, name in enumerate(self.driven)]
+        found = self._core.simulate(columns, moved, initial.tolist(), (duration, dt), tolerances, integrator)
+        return found if runs is None else {name: values.reshape(runs, -1) for name, values in found.items()}
 
     def _states(self, **given: Any) -> tuple[tuple[int, ...], list[Array]]:
         """The shape of the states, and their values one after the other."""

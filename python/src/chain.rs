@@ -148,12 +148,12 @@ impl Chain {
         self.0.flexible()
     }
 
-    /// The number of instants of a simulation, for whose record there is memory.
-    fn instants(&self, duration: f64, dt: f64) -> PyResult<usize> {
-        runs::instants(duration, dt, chain_columns(&self.0).len())
+    /// The number of instants of a simulation, for so many of whose records there is memory.
+    fn instants(&self, duration: f64, dt: f64, runs: usize) -> PyResult<usize> {
+        runs::instants(duration, dt, chain_columns(&self.0).len(), runs)
     }
 
-    /// The columns of a simulation under torques, one column a joint, from a state `[q, qm, v, vm]`. `base` has the poses of a base that is
+    /// The columns of simulations under torques, one column a joint and one run after the other, from states `[q, qm, v, vm]`. `base` has the poses of a base that is
     /// moved, one after the other; without any, it stays where it is.
     #[expect(clippy::too_many_arguments, reason = "those of the Python function")]
     fn simulate<'py>(
@@ -161,7 +161,7 @@ impl Chain {
         py: Python<'py>,
         torques: Vec<Column>,
         base: Option<Column>,
-        initial: Vec<f64>,
+        initial: Vec<Vec<f64>>,
         span: [f64; 2],
         tolerances: [f64; 2],
         integrator: &str,

@@ -134,6 +134,31 @@ def test_a_base_that_accelerates_changes_gravity():
         flexure.Chain.preset("space-manipulator").simulate(0.3, 0.01, base=lift)
 
 
+def test_many_runs_are_each_as_alone(tmp_path):
+    path = tmp_path / "arm.toml"
+    path.write_text(CHAIN_FILE)
+    chain, rng = flexure.Chain.from_toml(path), np.random.default_rng(1)
+    q, torque = rng.normal(size=(5, 1)), rng.normal(size=(5, 21, 1))
+    base = np.zeros((21, 7))
+    base[:, 1], base[:, 6] = np.linspace(0, 1, 21) ** 3, 1.0
+    runs = chain.simulate(1.0, 0.05, torque, q=q, motor_v=[0.3], base=base)
+    assert runs["base_x"].shape == runs["qm_shoulder"].shape == (5, 21)
+    for i in range(5):
+        alone = chain.simulate(1.0, 0.05, torque[i], q=q[i], motor_v=[0.3], base=base)
+        assert list(alone) == list(runs)
+        for name, values in alone.items():
+            assert np.array_equal(values, runs[name][i]), name
+    # What is given once is that of all runs.
+    shared = chain.simulate(1.0, 0.05, torque[2], q=q)
+    assert np.array_equal(shared["q_shoulder"][4], chain.simulate(1.0, 0.05, torque[2], q=q[4])["q_shoulder"])
+    with pytest.raises(flexure.DataError, match="3 and 5 runs"):
+        chain.simulate(1.0, 0.05, torque[:3], q=q)
+    torque[3, 7] = np.nan
+    with pytest.raises(flexure.DataError, match="tau_shoulder") as raised:
+        chain.simulate(1.0, 0.05, torque)
+    assert raised.value.__notes__ == ["in run 3, counted from 0"]
+
+
 @pytest.mark.parametrize(
     ("given", "words"),
     [

@@ -122,7 +122,7 @@ impl BaseMotion {
 
     /// Pose and velocity at every instant, by values.
     pub(super) fn columns(&self) -> Vec<Vec<f64>> {
-        let mut columns = vec![Vec::with_capacity(self.knots.len()); 13];
+        let mut columns = vec![Vec::new(); 13];
         for k in 0..self.knots.len() {
             let state = self.at(k as f64 * self.sample_time);
             let values = state.pose.into_iter().chain(state.velocity);
