@@ -315,11 +315,12 @@ class Chain:
     def preset(name: str) -> Chain: ...
     @property
     def flexible(self) -> list[bool]: ...
-    def instants(self, duration: float, dt: float) -> int: ...
+    def instants(self, duration: float, dt: float, runs: int) -> int: ...
     def simulate(
         self,
         torques: Sequence[_Array],
-        initial: Sequence[float],
+        base: _Array | None,
+        initial: Sequence[Sequence[float]],
         span: tuple[float, float],
         tolerances: tuple[float, float],
         integrator: str,

@@ -1,4 +1,4 @@
-"""Chains and trees of rigid links, from URDF or TOML: their dynamics and their motion on a fixed or a free-floating base."""
+"""Chains and trees of rigid links, from URDF or TOML: their dynamics and their motion on a base that is fixed, moved or free-floating."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import numpy.typing as npt
 from flexure import _core
 from flexure._arrays import finite_number, samples
 from flexure._core import DataError, ParameterError
+from flexure._states import gravity_vector, poses, starts, torques, vector, vectors
 
 __all__ = ["AccelerationDerivatives", "Chain", "Energy", "Mode", "Momentum", "TorqueDerivatives"]
 
@@ -76,8 +77,8 @@ class Momentum(NamedTuple):
 class Chain:
     """A chain or tree of rigid links, with joints that turn, slide or are fixed.
 
-    Take it from a URDF, `Chain.from_urdf`, from a chain file, `Chain.from_toml`, or ready to use, `Chain.preset`. All methods but `simulate` take one state or many, in the first axis, and return arrays of the same first axis;
-    many states are computed on all cores.
+    Take it from a URDF, `Chain.from_urdf`, from a chain file, `Chain.from_toml`, or ready to use, `Chain.preset`. All methods
+    take one state or many, in the first axis, and return arrays of the same first axis; many states are computed on all cores.
 
     Positions `q` have the shape (..., nq), velocities `v`, accelerations and torques (..., nv), in rad or m, rad/s or m/s, N m or N.
     On a fixed base nq = nv is the number of moving joints. A free base comes before them: `q` begins with its position
@@ -130,14 +131,14 @@ class Chain:
         FileError
             The file cannot be read, or describes no chain: loops, several roots, links that move without mass, joints of other types.
         """
-        return cls(_core.Chain.read_urdf(fspath(path), base, _gravity(gravity)))
+        return cls(_core.Chain.read_urdf(fspath(path), base, gravity_vector(gravity)))
 
     @classmethod
     def from_text(
         cls, text: str, *, base: Literal["fixed", "free"] = "fixed", gravity: Sequence[float] = GRAVITY
     ) -> Self:
         """The text of a URDF, as `from_urdf`."""
-        return cls(_core.Chain.parse_urdf(text, base, _gravity(gravity)))
+        return cls(_core.Chain.parse_urdf(text, base, gravity_vector(gravity)))
 
     @classmethod
     def from_toml(cls, path: str | PathLike[str]) -> Self:
@@ -312,7 +313,7 @@ class Chain:
         >>> [round(mode.frequency, 3) for mode in Chain.from_text(rod).modes()]
         [0.644]
         """
-        return _modes(self._core, self.neutral if q is None else _vector(q, "q", self.nq), motors)
+        return _modes(self._core, self.neutral if q is None else vector(q, "q", self.nq), motors)
 
     def energy(self, q: Any, v: Any) -> Energy:
         """The kinetic and the potential energy, J."""
@@ -336,24 +337,30 @@ class Chain:
         v: Any = None,
         motor_q: Any = None,
         motor_v: Any = None,
+        base: Any = None,
         rtol: float = 1e-9,
         atol: float = 1e-12,
         integrator: Literal["auto", "dop853", "radau"] = "auto",
     ) -> dict[str, Array]:
         """The motion over `duration` s, at instants `dt` s apart.
 
-        Nothing acts on a free base. Limits of joints are not kept.
+        Nothing acts on a free base. A fixed one may be moved. Limits of joints are not kept. Many runs are simulated on all cores, each with the
+        bits that it has alone; what is given without runs is that of all.
 
         Parameters
         ----------
         duration, dt : float
             In s; the motion has ``duration / dt + 1`` instants.
-        torque : array of shape (driven,) or (instants, driven), optional
+        torque : array of shape (driven,), (instants, driven) or (runs, instants, driven), optional
             The torques of the joints that are `driven`, each held until the next instant; without it none act. Seen from the link's side of the gear.
-        q, v : array of shape (nq,), (nv,), optional
+        q, v : array of shape (nq,) or (runs, nq), (nv,) or (runs, nv), optional
             The state at the start; at rest in `neutral` without them.
-        motor_q, motor_v : array, one value a flexible joint, optional
+        motor_q, motor_v : array of shape (flexible,) or (runs, flexible), one value a flexible joint, optional
             Angles and velocities of the motors at the start; those of the links without them, so that no spring is bent.
+        base : array of shape (instants, 7), optional
+            How a fixed base is moved, as by a ship or a vehicle: its position in the world, m, and its orientation as a quaternion, ``[x, y, z, qx,
+            qy, qz, qw]``, of any length but zero, at every instant; it turns by at most 90 degrees from one to the next. Accelerations are
+            continuous, and follow from the seven nearest instants, so smooth measured poses first. Without it the base stays at the origin.
         rtol, atol : float
             The error of a step, relative to a component of the state (1e-14 to 0.1), and the one that is always allowed.
         integrator : {"auto", "dop853", "radau"}
@@ -362,43 +369,50 @@ class Chain:
 
         Returns
         -------
-        dict of arrays of shape (instants,)
-            ``t``, and for a joint "a" ``tau_a``, ``q_a``, ``dq_a``, of a flexible one ``qm_a`` and ``dqm_a`` too, of a passive one no ``tau_a``; of a free base ``base_x`` to
-            ``base_z``, ``base_qx`` to ``base_qw``, ``base_vx`` to ``base_vz`` and ``base_wx`` to ``base_wz``.
+        dict of arrays of shape (instants,) or (runs, instants)
+            ``t``, and for a joint "a" ``tau_a``, ``q_a``, ``dq_a``, of a flexible one ``qm_a`` and ``dqm_a`` too, of a passive one no ``tau_a``; of a base that floats or is moved ``base_x`` to
+            ``base_z``, ``base_qx`` to ``base_qw``, ``base_vx`` to ``base_vz`` and ``base_wx`` to ``base_wz``, the velocities in the base's own axes.
+
+        Raises
+        ------
+        DataError
+            Arrays of another shape, or with values that are not finite.
+        ParameterError
+            A quaternion of length zero, a turn by more than 90 degrees, or a motion of a base that floats.
 
         Examples
         --------
+        >>> import numpy as np
         >>> from flexure import Chain
         >>> arm = Chain.preset("free-space-arm")
         >>> run = arm.simulate(10.0, 0.1, [1.0, 0.0])  # a constant torque of the shoulder
         >>> bool(run["q_joint1"][-1] > 0 > run["base_qz"][-1])  # the base turns back
         True
+        >>> ship = np.zeros((101, 7))  # heaves by 0.5 m, once in 8 s
+        >>> ship[:, 2], ship[:, 6] = 0.5 * np.sin(2 * np.pi / 8 * np.linspace(0, 10, 101)), 1.0
+        >>> run = Chain.preset("six-joint-arm").simulate(10.0, 0.1, base=ship)
+        >>> round(float(run["base_vz"][0]), 4)
+        0.3927
         """
         joints = len(self.joints)
         flexible = np.array(self._core.flexible, bool)
         own = {
-            "q": self.neutral if q is None else _vector(q, "q", self.nq),
-            "v": np.zeros(self.nv) if v is None else _vector(v, "v", self.nv),
+            "q": self.neutral if q is None else vectors(q, "q", self.nq),
+            "v": np.zeros(self.nv) if v is None else vectors(v, "v", self.nv),
         }
         motors = [
-            own[of][len(own[of]) - joints :][flexible] if given is None else _vector(given, f"motor_{of}", int(flexible.sum()))
+            own[of][..., -joints:][..., flexible] if given is None else vectors(given, f"motor_{of}", int(flexible.sum()))
             for of, given in (("q", motor_q), ("v", motor_v))
         ]
-        initial = np.concatenate([own["q"], motors[0], own["v"], motors[1]])
+        torque = None if torque is None else np.asarray(torque)
+        runs, initial = starts([own["q"], motors[0], own["v"], motors[1]], torque)
         duration, dt = finite_number(duration, "duration"), finite_number(dt, "dt")
-        instants = self._core.instants(duration, dt)
-        torques = [] if torque is None else self._torques(np.asarray(torque), instants)
+        instants = self._core.instants(duration, dt, runs or 1)
+        columns = [] if torque is None else torques(torque, self.driven, instants, runs)
         tolerances = (finite_number(rtol, "rtol"), finite_number(atol, "atol"))
-        return self._core.simulate(torques, initial.tolist(), (duration, dt), tolerances, integrator)
-
-    def _torques(self, torque: Any, instants: int) -> list[Array]:
-        """A column a driven joint."""
-        joints = len(self.driven)
-        if torque.ndim == 1 and torque.shape == (joints,):
-            torque = np.broadcast_to(torque, (instants, joints))
-        if torque.ndim != 2 or torque.shape[1] != joints:
-            raise DataError(f"'torque' has the shape {torque.shape}, but this chain needs ({joints},) or (instants, {joints})")
-        return [samples(torque[:, i], f"tau_{name}") for i, name in enumerate(self.driven)]
+        moved = None if base is None else poses(np.asarray(base), instants)
+        found = self._core.simulate(columns, moved, initial.tolist(), (duration, dt), tolerances, integrator)
+        return found if runs is None else {name: values.reshape(runs, -1) for name, values in found.items()}
 
     def _states(self, **given: Any) -> tuple[tuple[int, ...], list[Array]]:
         """The shape of the states, and their values one after the other."""
@@ -426,19 +440,3 @@ def _modes(core: _core.Chain | _core.FlexibleArm, q: Array, motors: str) -> list
         Mode(math.sqrt(square) / (2 * math.pi) if square >= 0 else math.nan, damping, np.array(shape))
         for square, damping, shape in core.modes(q.tolist(), motors == "held")
     ]
-
-
-def _vector(values: Any, name: str, width: int) -> Array:
-    """One state's values."""
-    array = np.asarray(values)
-    if array.shape != (width,):
-        raise DataError(f"'{name}' has the shape {array.shape}, but must have ({width},)")
-    return samples(array, name)
-
-
-def _gravity(values: Sequence[float]) -> tuple[float, float, float]:
-    numbers = [finite_number(value, "gravity") for value in values]
-    if len(numbers) != 3:
-        raise ParameterError(f"gravity has {len(numbers)} values, but must have 3: an acceleration in x, y and z")
-    x, y, z = numbers
-    return x, y, z

@@ -11,7 +11,8 @@ import numpy.typing as npt
 from flexure import _core
 from flexure._arrays import finite_number, samples
 from flexure._core import DataError, ParameterError
-from flexure.chains import Mode, _modes, _vector
+from flexure._states import vector
+from flexure.chains import Mode, _modes
 
 __all__ = ["FlexibleArm"]
 
@@ -103,7 +104,7 @@ class FlexibleArm:
         ParameterError
             A free base under gravity, which is never at rest.
         """
-        return _modes(self._core, np.zeros(self.nq) if q is None else _vector(q, "q", self.nq), motors)
+        return _modes(self._core, np.zeros(self.nq) if q is None else vector(q, "q", self.nq), motors)
 
     def outline(self, q: Any, link: int, count: int = 50) -> Array:
         """Places along the axis of a bent link from its root to its tip, m in the world, shape (count, 2); of a rigid link its origin alone.
@@ -126,7 +127,7 @@ class FlexibleArm:
             raise ParameterError(f"count is {count}, but must be 2 to {MOST_PLACES}")
         if link < 0:
             raise ParameterError(f"link is {link}, but must not be negative")
-        return np.array(self._core.outline(_vector(q, "q", self.nq).tolist(), link, count))
+        return np.array(self._core.outline(vector(q, "q", self.nq).tolist(), link, count))
 
     def simulate(
         self,
@@ -165,7 +166,7 @@ class FlexibleArm:
             ``e1_b`` and so on with their rates ``de1_b``, and what its tip deflects, ``tip_b``, m; of a free base ``base_x``, ``base_y``,
             ``base_angle``, ``base_vx``, ``base_vy`` and ``base_w``.
         """
-        own = [np.zeros(self.nq) if given is None else _vector(given, name, self.nq) for name, given in (("q", q), ("v", v))]
+        own = [np.zeros(self.nq) if given is None else vector(given, name, self.nq) for name, given in (("q", q), ("v", v))]
         flexible = np.array([flexible for _, flexible in self._core.joints], bool)
         first = self._core.first
         initial = np.concatenate([part for of in own for part in (of, of[first : first + len(flexible)][flexible])])

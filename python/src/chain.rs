@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use flexure::manipulator::chain::{
-    Base, ChainData, ChainPreset, DrivenChain, RotorCoupling, chain_columns, simulate_chain_watched,
+    Base, BaseMotion, ChainData, ChainPreset, ChainSimulation, DrivenChain, RotorCoupling, chain_columns,
+    simulate_chain_watched,
 };
 use flexure_io::arm::chain_of_toml;
 use flexure_io::read_text;
@@ -147,17 +148,20 @@ impl Chain {
         self.0.flexible()
     }
 
-    /// The number of instants of a simulation, for whose record there is memory.
-    fn instants(&self, duration: f64, dt: f64) -> PyResult<usize> {
-        runs::instants(duration, dt, chain_columns(&self.0).len())
+    /// The number of instants of a simulation, for so many of whose records there is memory.
+    fn instants(&self, duration: f64, dt: f64, runs: usize) -> PyResult<usize> {
+        runs::instants(duration, dt, chain_columns(&self.0).len(), runs)
     }
 
-    /// The columns of a simulation under torques, one column a joint, from a state `[q, qm, v, vm]`.
+    /// The columns of simulations under torques, one column a joint and one run after the other, from states `[q, qm, v, vm]`. `base` has the poses of a base that is
+    /// moved, one after the other; without any, it stays where it is.
+    #[expect(clippy::too_many_arguments, reason = "those of the Python function")]
     fn simulate<'py>(
         &self,
         py: Python<'py>,
         torques: Vec<Column>,
-        initial: Vec<f64>,
+        base: Option<Column>,
+        initial: Vec<Vec<f64>>,
         span: [f64; 2],
         tolerances: [f64; 2],
         integrator: &str,
@@ -171,7 +175,15 @@ impl Chain {
             span,
             tolerances,
             integrator,
-            move |torques, options, watch| simulate_chain_watched(&chain, torques, options, watch),
+            move |torques, options, watch| {
+                let poses = base.as_ref().map(|base| base.samples().as_chunks().0);
+                let motion = poses.map(|poses| BaseMotion::new(poses, options.sampling.sample_time()));
+                let options = ChainSimulation {
+                    base_motion: motion.transpose()?,
+                    ..options.clone()
+                };
+                simulate_chain_watched(&chain, torques, &options, watch)
+            },
         )
     }
 

@@ -59,7 +59,7 @@ impl FlexibleArm {
 
     /// The number of instants of a simulation, for whose record there is memory.
     fn instants(&self, duration: f64, dt: f64) -> PyResult<usize> {
-        runs::instants(duration, dt, flexible_arm_columns(&self.0).len())
+        runs::instants(duration, dt, flexible_arm_columns(&self.0).len(), 1)
     }
 
     /// The columns of a simulation under torques, one column a driven joint, from a state `[q, qm, v, vm]`.
@@ -77,7 +77,7 @@ impl FlexibleArm {
         runs::run(
             py,
             torques,
-            initial,
+            vec![initial],
             span,
             tolerances,
             integrator,

@@ -2,13 +2,14 @@
 
 use std::ops::ControlFlow;
 
+use flexure::Record;
 use flexure::manipulator::chain::{ChainMode, ChainSimulation, LinearisedChain, Motors};
-use flexure::simulation::{Integrator, Sampling, Tolerances};
+use flexure::simulation::{Integrator, Sampling, Tolerances, batch};
 use flexure_io::check_computed;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{Column, columns, slices};
+use crate::arrays::{Column, array, slices};
 use crate::errors::{ParameterError, of_any, of_library};
 use crate::run::interruptible;
 
@@ -18,10 +19,10 @@ type Watch<'a> = dyn FnMut(f64) -> ControlFlow<()> + 'a;
 /// The number of instants of a simulation.
 ///
 /// # Errors
-/// If there is no memory for its record, which has this number of columns.
-pub fn instants(duration: f64, dt: f64, columns: usize) -> PyResult<usize> {
+/// If there is no memory for the records of so many runs, which have this number of columns.
+pub fn instants(duration: f64, dt: f64, columns: usize, runs: usize) -> PyResult<usize> {
     let rows = Sampling::new(duration, dt).map_err(|error| of_library(&error))?.rows();
-    check_computed(rows, columns).map_err(|error| of_any(&error.into()))?;
+    check_computed(rows.saturating_mul(runs), columns).map_err(|error| of_any(&error.into()))?;
     Ok(rows)
 }
 
@@ -37,30 +38,67 @@ pub fn integrator(name: &str) -> PyResult<Integrator> {
     }
 }
 
-/// The columns of a run from `initial` over `span` (duration and time step), with a relative and an absolute tolerance.
+/// The columns of runs from `initial`, one state a run, over `span` (duration and time step), with a relative and an absolute tolerance. The
+/// runs lie one after the other in each column of the torques and of the results.
+///
+/// # Errors
+/// The first that a run has; of several runs a note names it.
 pub fn run<'py>(
     py: Python<'py>,
     torques: Vec<Column>,
-    initial: Vec<f64>,
+    initial: Vec<Vec<f64>>,
     span: [f64; 2],
     tolerances: [f64; 2],
     integrator: Integrator,
-    simulate: impl FnOnce(&[&[f64]], &ChainSimulation, &mut Watch<'_>) -> flexure::Result<flexure::Record> + Send + 'static,
+    simulate: impl Fn(&[&[f64]], &ChainSimulation, &mut Watch<'_>) -> flexure::Result<Record> + Send + Sync + 'static,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let record = interruptible(py, move |interrupt| {
-        let options = ChainSimulation {
-            initial,
-            tolerances: Tolerances {
-                rtol: tolerances[0],
-                atol: tolerances[1],
-                ..Tolerances::default()
-            },
-            sampling: Sampling::new(span[0], span[1])?,
-            integrator,
-        };
-        simulate(&slices(&torques), &options, &mut |_| interrupt.flow())
+    let runs: Vec<(usize, Vec<f64>)> = initial.into_iter().enumerate().collect();
+    let count = runs.len();
+    let records = interruptible(py, move |interrupt| {
+        batch(&runs, |(run, initial)| {
+            let options = ChainSimulation {
+                initial: initial.clone(),
+                tolerances: Tolerances {
+                    rtol: tolerances[0],
+                    atol: tolerances[1],
+                    ..Tolerances::default()
+                },
+                sampling: Sampling::new(span[0], span[1])?,
+                integrator,
+                base_motion: None,
+            };
+            let torques: Vec<&[f64]> = slices(&torques)
+                .into_iter()
+                .map(|column| &column[run * (column.len() / count)..(run + 1) * (column.len() / count)])
+                .collect();
+            simulate(&torques, &options, &mut |_| interrupt.flow())
+        })
     })?;
-    columns(py, &record.map_err(|error| of_library(&error))?)
+    let mut found: Vec<Record> = Vec::with_capacity(count);
+    for (run, record) in records.into_iter().enumerate() {
+        found.push(record.map_err(|error| {
+            let error = of_library(&error);
+            if count > 1 {
+                let _ = error
+                    .value(py)
+                    .call_method1("add_note", (format!("in run {run}, counted from 0"),));
+            }
+            error
+        })?);
+    }
+    joined(py, &found)
+}
+
+/// The columns of records of the same names, one record after the other.
+fn joined<'py>(py: Python<'py>, records: &[Record]) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    let first = records.first();
+    for (i, name) in first.iter().flat_map(|record| record.names()).enumerate() {
+        let all = records.iter().filter_map(|record| record.columns().nth(i));
+        let values: Vec<f64> = all.flat_map(|(_, samples)| samples.iter().copied()).collect();
+        dict.set_item(name, array(py, &values)?)?;
+    }
+    Ok(dict)
 }
 
 /// Squared frequency, damping ratio and shape of each mode, the lowest first; `held` is whether brakes hold the motors.

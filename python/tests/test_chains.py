@@ -120,10 +120,51 @@ def test_a_motion_repeats_the_dynamics():
     np.testing.assert_allclose((v[2:] - v[:-2]) / 0.002, a, atol=1e-3 * np.abs(a).max())
 
 
+def test_a_base_that_accelerates_changes_gravity():
+    t = np.linspace(0, 0.3, 31)
+    lift = np.zeros((31, 7))
+    lift[:, 2], lift[:, 6] = 0.5 * 3.0 * t**2, 1.0
+    text = CHAINS[0]["urdf"]
+    moved = flexure.Chain.from_text(text).simulate(0.3, 0.01, base=lift)
+    heavy = flexure.Chain.from_text(text, gravity=(0.0, 0.0, -12.81)).simulate(0.3, 0.01)
+    for name, values in heavy.items():
+        np.testing.assert_allclose(moved[name], values, atol=1e-8)
+    np.testing.assert_allclose(moved["base_vz"], 3.0 * t, atol=1e-9)
+    with pytest.raises(flexure.ParameterError, match="floats"):
+        flexure.Chain.preset("space-manipulator").simulate(0.3, 0.01, base=lift)
+
+
+def test_many_runs_are_each_as_alone(tmp_path):
+    path = tmp_path / "arm.toml"
+    path.write_text(CHAIN_FILE)
+    chain, rng = flexure.Chain.from_toml(path), np.random.default_rng(1)
+    q, torque = rng.normal(size=(5, 1)), rng.normal(size=(5, 21, 1))
+    base = np.zeros((21, 7))
+    base[:, 1], base[:, 6] = np.linspace(0, 1, 21) ** 3, 1.0
+    runs = chain.simulate(1.0, 0.05, torque, q=q, motor_v=[0.3], base=base)
+    assert runs["base_x"].shape == runs["qm_shoulder"].shape == (5, 21)
+    for i in range(5):
+        alone = chain.simulate(1.0, 0.05, torque[i], q=q[i], motor_v=[0.3], base=base)
+        assert list(alone) == list(runs)
+        for name, values in alone.items():
+            assert np.array_equal(values, runs[name][i]), name
+    # What is given once is that of all runs.
+    shared = chain.simulate(1.0, 0.05, torque[2], q=q)
+    assert np.array_equal(shared["q_shoulder"][4], chain.simulate(1.0, 0.05, torque[2], q=q[4])["q_shoulder"])
+    with pytest.raises(flexure.DataError, match="3 and 5 runs"):
+        chain.simulate(1.0, 0.05, torque[:3], q=q)
+    torque[3, 7] = np.nan
+    with pytest.raises(flexure.DataError, match="tau_shoulder") as raised:
+        chain.simulate(1.0, 0.05, torque)
+    assert raised.value.__notes__ == ["in run 3, counted from 0"]
+
+
 @pytest.mark.parametrize(
     ("given", "words"),
     [
         ({"duration": -1.0, "dt": 0.1}, "duration is -1"),
+        ({"duration": 1.0, "dt": 0.1, "base": np.ones((5, 7))}, r"'base' has the shape \(5, 7\), but this run needs \(11, 7\)"),
+        ({"duration": 1.0, "dt": 0.1, "base": np.zeros((11, 7))}, "quaternion in row 1"),
         ({"duration": 1.0, "dt": 0.1, "torque": [1.0]}, "torque"),
         ({"duration": 1.0, "dt": 0.1, "torque": np.zeros((5, 6))}, "tau_joint1"),
         ({"duration": 1.0, "dt": 0.1, "q": [0.0]}, "'q' has the shape"),

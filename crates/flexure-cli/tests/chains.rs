@@ -145,6 +145,40 @@ fn a_page_shows_the_moving_chain() {
     assert!(page.contains("Base drift"));
 }
 
+/// In a lift that accelerates upwards a pendulum swings faster; on a base that is turned it falls along another axis.
+#[test]
+fn a_base_is_moved_along_a_record() {
+    let folder = Folder::new();
+    folder.write("rod.urdf", PENDULUM);
+    let lift: String = (0..101)
+        .map(|k| format!("{}\n", 0.5 * 3.0 * (0.01 * f64::from(k)).powi(2)))
+        .collect();
+    folder.write("lift.csv", format!("base_z\n{lift}"));
+    let run = "simulate rod.urdf --duration 1 --sample-time 0.01 --start pivot=0.01";
+    let said = folder.done(&format!("{run} --base-motion lift.csv -o r.csv --report r.html"));
+    assert!(said.contains("1 joint on a moving base: pivot"), "{said}");
+    let w = (2.0 * (9.81 + 3.0) * 0.5 / 0.6f64).sqrt();
+    let angles = folder.column("r.csv", "q_pivot");
+    for (k, angle) in angles.iter().enumerate() {
+        let expected = 0.01 * (w * 0.01 * k as f64).cos();
+        assert!((angle - expected).abs() < 1e-6, "{k}: {angle}");
+    }
+    assert!((folder.column("r.csv", "base_vz")[100] - 3.0).abs() < 1e-9);
+    let page = folder.read("r.html");
+    assert!(page.contains("1 joint on a moving base") && page.contains("as is that of the base"));
+    let turned = "0.3,1.5707963267948966,0.7\n".repeat(101);
+    folder.write("turned.csv", format!("base_roll,base_pitch,base_yaw\n{turned}"));
+    folder.done(&format!("{run} --base-motion turned.csv -o t.csv"));
+    // With a pitch of 90 degrees gravity is along the base's x, whatever roll and yaw are.
+    let fallen = folder.column("t.csv", "q_pivot")[10];
+    let pull = -2.0 * 9.81 * 0.5 / 0.6;
+    assert!((fallen - (0.01 + 0.5 * pull * 0.01)).abs() < 1e-3, "{fallen}");
+    // The record itself is the motion of a base.
+    folder.done(&format!("{run} --base-motion t.csv -o u.csv"));
+    let (first, again) = (folder.column("t.csv", "q_pivot"), folder.column("u.csv", "q_pivot"));
+    assert!(first.iter().zip(&again).all(|(a, b)| (a - b).abs() < 1e-9));
+}
+
 #[test]
 fn what_cannot_be_run_is_refused() {
     let folder = Folder::new();
@@ -152,6 +186,9 @@ fn what_cannot_be_run_is_refused() {
     folder.write("bad.urdf", PENDULUM.replace("child link=\"rod\"", "child link=\"bar\""));
     folder.write("tau.csv", "tau_pivot\n1\n2\n");
     folder.write("other.csv", "u\n1\n2\n");
+    folder.write("two.csv", "base_x\n1\n2\n");
+    folder.write("twice.csv", "base_yaw,base_qw\n0,1\n0,1\n");
+    let still = "simulate --preset space-manipulator --duration 1 --sample-time 0.1 -o r.csv";
     let run = "simulate rod.urdf --duration 1 --sample-time 0.1 -o r.csv";
     for (arguments, message) in [
         ("simulate rod.urdf -o r.csv", "is simulated for --duration seconds"),
@@ -187,6 +224,26 @@ fn what_cannot_be_run_is_refused() {
         (
             &format!("{run} --torques other.csv"),
             "no column is the torque of a joint; they are called tau_pivot",
+        ),
+        (
+            &format!("{run} --base-motion two.csv"),
+            "there are 2 rows, but the run has 11 instants",
+        ),
+        (
+            &format!("{run} --base-motion twice.csv"),
+            "the base's orientation is given twice",
+        ),
+        (
+            &format!("{run} --base-motion other.csv"),
+            "no column is the motion of a base; they are called base_x",
+        ),
+        (
+            &format!("{still} --base-motion two.csv"),
+            "cannot move a base that floats",
+        ),
+        (
+            &format!("{run} --free-base --base-motion two.csv"),
+            "cannot be used with",
         ),
     ] {
         let outcome = folder.run(arguments);

@@ -5,7 +5,7 @@ use flexure::manipulator::chain::{Base, Chain, DrivenChain};
 use flexure::text::{counted, short};
 use flexure_report::data::{Axis, ChainMotion, Fact, MotionPage, Signal};
 
-/// The values of a free base's position in a record: its place and its orientation.
+/// The values of the position of a base that floats or is moved, in a record: its place and its orientation.
 const BASE: [&str; 7] = ["base_x", "base_y", "base_z", "base_qx", "base_qy", "base_qz", "base_qw"];
 
 /// The page of the record that a simulation of this chain gave; `name` is what is simulated.
@@ -20,8 +20,8 @@ pub fn motion_page(
     command: Option<String>,
 ) -> anyhow::Result<String> {
     let chain = chain.chain();
-    let is_free = chain.base() == Base::Free;
-    let of_base = BASE.iter().filter(|_| is_free).map(|name| (*name).to_owned());
+    let moves = record.column(BASE[0]).is_ok();
+    let of_base = BASE.iter().filter(|_| moves).map(|name| (*name).to_owned());
     let of_joints = chain.joints().iter().map(|joint| format!("q_{joint}"));
     let positions: Vec<String> = of_base.chain(of_joints).collect();
     let columns = positions.iter().map(|name| record.column(name));
@@ -33,10 +33,14 @@ pub fn motion_page(
     });
     let points = points.collect::<flexure::Result<Vec<_>>>()?;
     let duration = sample_time * (record.len().saturating_sub(1)) as f64;
-    let base = if is_free { "free" } else { "fixed" };
+    let base = match chain.base() {
+        Base::Free => "free",
+        Base::Fixed if moves => "moving",
+        Base::Fixed => "fixed",
+    };
     let joints = counted(chain.joints().len(), "joint");
     let facts = motion_facts(chain, &points, duration);
-    let signals = signals(chain, record, is_free)?;
+    let signals = signals(chain, record, moves)?;
     let page = MotionPage {
         title: format!("Motion of {name}"),
         subtitle: format!(
@@ -52,11 +56,11 @@ pub fn motion_page(
         chain: ChainMotion {
             caption: format!(
                 "Lines join the joints; the last ends at its link's centre of mass, whose path is drawn{}.",
-                if is_free { ", as is that of the base" } else { "" }
+                if moves { ", as is that of the base" } else { "" }
             ),
             lines: chain.lines(),
             points,
-            free_base: is_free,
+            free_base: moves,
         },
         signals,
         time: Axis::of_samples(Some(sample_time), 0),
@@ -103,11 +107,8 @@ fn farthest(mut points: impl Iterator<Item = [f64; 3]>) -> f64 {
 }
 
 /// The positions of the base and the joints, and the torques.
-fn signals(chain: &Chain, record: &Record, is_free: bool) -> flexure::Result<Vec<Signal>> {
-    let base = BASE[..3]
-        .iter()
-        .filter(|_| is_free)
-        .map(|name| ((*name).to_owned(), "m"));
+fn signals(chain: &Chain, record: &Record, moves: bool) -> flexure::Result<Vec<Signal>> {
+    let base = BASE[..3].iter().filter(|_| moves).map(|name| ((*name).to_owned(), "m"));
     let joints = || chain.joints().iter().zip(chain.prismatic());
     let positions = joints().map(|(joint, prismatic)| (format!("q_{joint}"), if prismatic { "m" } else { "rad" }));
     let torques = joints().map(|(joint, prismatic)| (format!("tau_{joint}"), if prismatic { "N" } else { "N m" }));

@@ -15,6 +15,7 @@ use flexure_io::{check_computed, read_record, write_record};
 use flexure_workbench::chains::motion_page;
 use serde_json::json;
 
+use super::base::base_motion;
 use super::machine::Machine;
 use super::{Arguments, Source};
 use crate::arguments::{self, Usage};
@@ -36,6 +37,10 @@ pub struct ChainArguments {
     /// The torques of the joints: a record with a column tau_JOINT for every joint that is driven, one row per sample, held until the next.
     #[arg(long, value_name = "RECORD")]
     torques: Option<PathBuf>,
+    /// How the base is moved: a record with base_x, base_y, base_z, in m, and base_roll, base_pitch, base_yaw, turns about the world's x, y
+    /// and z one after the other, in rad, or a quaternion base_qx to base_qw; one row per sample, joined smoothly. Missing columns are zero.
+    #[arg(long, value_name = "RECORD", conflicts_with = "free_base")]
+    base_motion: Option<PathBuf>,
     /// Where joints start, rad or m: JOINT=VALUE,...; the others at zero.
     #[arg(
         long,
@@ -59,6 +64,7 @@ impl ChainArguments {
             (self.duration.is_some(), "--duration"),
             (self.sample_time.is_some(), "--sample-time"),
             (self.torques.is_some(), "--torques"),
+            (self.base_motion.is_some(), "--base-motion"),
             (!self.start.is_empty(), "--start"),
             (self.free_base, "--free-base"),
             (self.no_gravity, "--no-gravity"),
@@ -120,9 +126,13 @@ pub fn run(arguments: &Arguments, chain: &Machine) -> Result<()> {
     if arguments.report.is_some() {
         chain.drawn()?;
     }
-    prepare(&given.torques, [out], &arguments.report)?;
+    prepare(given.torques.iter().chain(&given.base_motion), [out], &arguments.report)?;
     let mut options = chain.at_rest(duration, sample_time)?;
     start(chain, &given.start, &mut options)?;
+    if let Some(path) = &given.base_motion {
+        chain.movable()?;
+        options.base_motion = Some(base_motion(path, &options.sampling)?);
+    }
     let rows = options.sampling.rows();
     // Memory limits the number of samples, and the limit of the steps follows from that number.
     let steps = options.tolerances.max_steps.max(STEPS_A_SAMPLE * rows as u64);
@@ -189,7 +199,11 @@ fn said(arguments: &Arguments, chain: &Machine, out: &Path, record: &Record, sam
         });
         return print(&object.to_string());
     }
-    let base = if chain.free_base() { "free" } else { "fixed" };
+    let base = match &arguments.chain.base_motion {
+        Some(_) => "moving",
+        None if chain.free_base() => "free",
+        None => "fixed",
+    };
     let text = format!(
         "wrote {} ({} samples of {} on a {base} base: {})",
         shown_path(out),

@@ -2,9 +2,9 @@
 
 use std::ops::ControlFlow;
 
+use flexure::Record;
 use flexure::manipulator::chain::{Base, ChainSimulation, DrivenChain, chain_columns, simulate_chain_watched};
 use flexure::manipulator::flexible_arm::{flexible_arm_columns, simulate_flexible_arm_watched};
-use flexure::{Record, Result};
 use flexure_io::arm::ChainFile;
 
 use crate::arguments::Usage;
@@ -56,6 +56,16 @@ impl Machine {
         }
     }
 
+    /// Refuses a base that cannot be moved.
+    pub fn movable(&self) -> Result<(), Usage> {
+        let why = match &self.0 {
+            ChainFile::FlexibleArm(_) => "the base of beams of finite elements or modes; make the beams segments",
+            ChainFile::Chain(_) if self.free_base() => "a base that floats, which moves by itself; make it fixed",
+            ChainFile::Chain(_) => return Ok(()),
+        };
+        Err(Usage(format!("--base-motion cannot move {why}")))
+    }
+
     /// Whether its base floats.
     pub fn free_base(&self) -> bool {
         match &self.0 {
@@ -76,7 +86,7 @@ impl Machine {
     }
 
     /// A run from rest, with all joints at zero.
-    pub fn at_rest(&self, duration: f64, sample_time: f64) -> Result<ChainSimulation> {
+    pub fn at_rest(&self, duration: f64, sample_time: f64) -> flexure::Result<ChainSimulation> {
         match &self.0 {
             ChainFile::Chain(chain) => ChainSimulation::new(chain, duration, sample_time),
             ChainFile::FlexibleArm(arm) => {
@@ -91,7 +101,7 @@ impl Machine {
         torques: &[&[f64]],
         options: &ChainSimulation,
         watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
-    ) -> Result<Record> {
+    ) -> flexure::Result<Record> {
         match &self.0 {
             ChainFile::Chain(chain) => simulate_chain_watched(chain, torques, options, watch),
             ChainFile::FlexibleArm(arm) => simulate_flexible_arm_watched(arm, torques, options, watch),

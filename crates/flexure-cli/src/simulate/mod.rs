@@ -1,5 +1,6 @@
 //! `flexure simulate`: an arm file, a robot's description, or a preset, to a record.
 
+mod base;
 mod chain;
 mod machine;
 
@@ -26,7 +27,7 @@ use crate::progress::Progress;
 ///
 /// An arm's record has the columns t, tau1, tau2, q1, q2, qm1, qm2, dq1, dq2, dqm1, dqm2 (a rigid arm's no qm, dqm), in s, N m, rad
 /// and rad/s, one row a sample instant; the torque of a row is held until the next. A chain's has tau_JOINT, q_JOINT, dq_JOINT for
-/// every joint, qm_JOINT and dqm_JOINT for a flexible one, and base_x to base_wz for a free base. One with beams of finite elements or
+/// every joint, qm_JOINT and dqm_JOINT for a flexible one, and base_x to base_wz for a base that floats or is moved. One with beams of finite elements or
 /// modes has their coordinates e1_LINK and so on, their rates de1_LINK, and tip_LINK, what the tip deflects, m.
 #[derive(clap::Args)]
 #[command(group(ArgGroup::new("source").required(true).args(["arm", "preset"])))]

@@ -83,11 +83,28 @@ where
     P: Fn(&X, &U) -> X,
     I: Fn(usize, &X) -> U,
 {
+    run_held_in_time(solver, |_, x: &X, u: &U| plant(x, u), input, sampling, row, watch)
+}
+
+/// [`run_held`] of `x' = plant(t, x, u)`, where `plant` is continuous in time.
+pub(crate) fn run_held_in_time<X: StateVector, U, P, I>(
+    solver: &mut impl Advance<X>,
+    plant: P,
+    input: I,
+    sampling: &Sampling,
+    row: &mut dyn FnMut(usize, &X, &U),
+    watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<()>
+where
+    U: PartialEq,
+    P: Fn(f64, &X, &U) -> X,
+    I: Fn(usize, &X) -> U,
+{
     solver.check_instants(sampling.rows())?;
     let mut held = input(0, solver.x());
     row(0, solver.x(), &held);
     for k in 1..sampling.rows() {
-        solver.advance(&|_, x: &X| plant(x, &held), sampling.instant(k), watch)?;
+        solver.advance(&|t, x: &X| plant(t, x, &held), sampling.instant(k), watch)?;
         let next = input(k, solver.x());
         if next != held {
             solver.restart();

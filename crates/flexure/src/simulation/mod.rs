@@ -24,6 +24,7 @@ mod tolerances;
 
 pub use crate::parallel::batch;
 pub use dop853::{Dop853, StateVector, Statistics};
+pub(crate) use hold::run_held_in_time;
 pub use hold::{Sampling, run_continuous, run_held};
 pub use integration::{Advance, Integration, Integrator};
 pub(crate) use lanes::{HeldLane, run_held_lanes};

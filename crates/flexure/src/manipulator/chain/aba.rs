@@ -48,12 +48,12 @@ impl Chain {
         self.accelerate(data, base_force, acceleration)
     }
 
-    /// Outward: velocities, velocity products, and the bodies' own inertias and bias forces.
+    /// Outward: velocities, velocity products, and the bodies' own inertias and bias forces. A fixed base has the velocity in `data`.
     #[inline(always)]
     pub(super) fn bias<T: Number>(&self, data: &mut ChainData<T>, v: &[T]) {
         let (base_velocity, dq) = self.split(v);
-        data.base.velocity = base_velocity;
         if self.base == Base::Free {
+            data.base.velocity = base_velocity;
             let inertia = self.base_inertia.like(v[0]);
             data.base.articulated = Articulated::of(&inertia);
             data.base.force = base_velocity.cross_force(inertia.times(base_velocity));
@@ -61,7 +61,7 @@ impl Chain {
         for (i, (body, &dq)) in self.bodies.iter().zip(dq).enumerate() {
             let carrier = match body.parent {
                 Some(p) => data.bodies[p].velocity,
-                None => base_velocity,
+                None => data.base.velocity,
             };
             let inertia = body.inertia.like(dq);
             let state = &mut data.bodies[i];
@@ -114,7 +114,7 @@ impl Chain {
         Ok(())
     }
 
-    /// Outward: the accelerations.
+    /// Outward: the accelerations. A fixed base has the one in `data`.
     #[inline(always)]
     pub(super) fn accelerate<T: Number>(
         &self,
@@ -122,7 +122,7 @@ impl Chain {
         base_force: Spatial<T>,
         acceleration: &mut [T],
     ) -> Result<()> {
-        let mut base = self.lifted(data);
+        let mut base = self.lifted(data) + data.base.acceleration;
         if self.base == Base::Free {
             let own = (data.base.articulated).solve(base_force - data.base.force);
             let Some(own) = own else { return Err(self.singular(0)) };

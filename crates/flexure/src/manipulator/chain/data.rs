@@ -189,7 +189,7 @@ impl Body {
 
 /// Where a free base lies in the world. A quaternion of any length but zero is an orientation.
 #[inline(always)]
-fn free_placement<T: Number>(q: &[T]) -> Result<Placement<T>> {
+pub(super) fn free_placement<T: Number>(q: &[T]) -> Result<Placement<T>> {
     let (x, y, z, w) = (q[3], q[4], q[5], q[6]);
     let square = x * x + y * y + z * z + w * w;
     // One by infinity is zero.

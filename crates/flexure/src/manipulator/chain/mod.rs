@@ -13,6 +13,7 @@
 //! | make links beams that bend | [`segmented`], [`Beam`] |
 //! | get the motors' torques for a motion of the links | [`DrivenChain::needed_drives`] |
 //! | run it in time | [`simulate_chain`] |
+//! | move its base on a given path | [`ChainSimulation::base_motion`], [`BaseMotion`] |
 //! | take one that is ready to use | [`ChainPreset`] |
 //! | get energy and momentum | [`Chain::energy`], [`Chain::centroidal_momentum`] |
 //!
@@ -51,6 +52,9 @@
 //! ```
 
 mod aba;
+mod base_motion;
+#[cfg(test)]
+mod base_motion_tests;
 mod batch;
 mod beam;
 mod crba;
@@ -83,6 +87,7 @@ mod stiff_tests;
 mod tests;
 mod vector;
 
+pub use base_motion::{BaseMotion, BaseState};
 pub use beam::Beam;
 pub use data::ChainData;
 pub use derivatives::ForwardDerivatives;

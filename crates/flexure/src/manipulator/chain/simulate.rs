@@ -3,11 +3,12 @@
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 
+use super::base_motion::BaseMotion;
 use super::drives::DrivenChain;
 use super::model::Base;
 use crate::error::{Error, Result};
 use crate::record::{Record, check_values};
-use crate::simulation::{Integration, Integrator, Sampling, Tolerances, run_held};
+use crate::simulation::{Integration, Integrator, Sampling, Tolerances, run_held_in_time};
 
 /// The components of a state.
 type StateOfChain = Box<[f64]>;
@@ -24,6 +25,8 @@ pub struct ChainSimulation {
     pub tolerances: Tolerances,
     /// The method; by default the one that suits the motion.
     pub integrator: Integrator,
+    /// How a fixed base is moved, one pose an instant; without it, it stays at the origin of the world.
+    pub base_motion: Option<BaseMotion>,
 }
 
 impl ChainSimulation {
@@ -48,29 +51,58 @@ impl ChainSimulation {
             initial,
             tolerances: Tolerances::default(),
             integrator: Integrator::default(),
+            base_motion: None,
         })
+    }
+
+    /// Refuses a motion of the base that is not one of this run.
+    fn check_motion(&self, chain: &DrivenChain) -> Result<()> {
+        let Some(motion) = &self.base_motion else {
+            return Ok(());
+        };
+        if chain.chain().base() == Base::Free {
+            let requirement = "0: a base that floats moves by itself; make it fixed";
+            return Err(Error::parameter(
+                "the number of motions of a free base",
+                1.0,
+                requirement,
+            ));
+        }
+        let (rows, step) = (self.sampling.rows(), self.sampling.sample_time());
+        if motion.poses() != rows {
+            return Err(Error::length("the motion of the base", motion.poses(), rows));
+        }
+        if motion.sample_time() != step {
+            let name = "the sample time of the base's motion";
+            return Err(Error::parameter(name, motion.sample_time(), "that of the run"));
+        }
+        Ok(())
     }
 }
 
-/// The columns of a free base, its position and orientation, then its velocities.
+/// The columns of a base that floats or is moved, its position and orientation, then its velocities.
 const BASE: [&str; 13] = [
     "base_x", "base_y", "base_z", "base_qx", "base_qy", "base_qz", "base_qw", "base_vx", "base_vy", "base_vz",
     "base_wx", "base_wy", "base_wz",
 ];
 
 /// The columns of a chain's simulated record, in their order; for joints `a` and `b`, of which `b` is flexible,
-/// `t, tau_a, tau_b, q_a, q_b, qm_b, dq_a, dq_b, dqm_b`. A free base stands before the positions (`base_x` to `base_qw`) and before the
+/// `t, tau_a, tau_b, q_a, q_b, qm_b, dq_a, dq_b, dqm_b`. A base that floats or is moved stands before the positions (`base_x` to `base_qw`) and before the
 /// velocities (`base_vx` to `base_wz`). Passive joints have no `tau`.
 pub fn chain_columns(chain: &DrivenChain) -> Vec<String> {
+    columns(chain, chain.chain().base() == Base::Free)
+}
+
+/// The columns of [`chain_columns`], with those of the base or without.
+fn columns(chain: &DrivenChain, with_base: bool) -> Vec<String> {
     let joints = chain.chain().joints();
     let flexible: Vec<&String> = (joints.iter().zip(chain.flexible()))
         .filter_map(|(name, flexible)| flexible.then_some(name))
         .collect();
-    let free = chain.chain().base() == Base::Free;
     let base = |names: &[&str]| {
         names
             .iter()
-            .filter(|_| free)
+            .filter(|_| with_base)
             .map(|name| (*name).to_owned())
             .collect::<Vec<_>>()
     };
@@ -91,14 +123,14 @@ pub fn chain_columns(chain: &DrivenChain) -> Vec<String> {
 }
 
 /// Simulates a chain under the torques of its joints: one signal a joint that moves and is not passive, one sample a row, held until the
-/// next row; no signals at all are zero torques. Nothing acts on a free base.
+/// next row; no signals at all are zero torques. Nothing acts on a free base. A fixed base moves as `base_motion` says.
 ///
 /// The record has the columns of [`chain_columns`], one row an instant from 0 on, in s, N m (N), rad (m) and rad/s (m/s). Limits of
 /// joints are not kept: what a stop does, it does not say. [`batch`](crate::simulation::batch) runs many simulations over all cores.
 ///
 /// # Errors
 /// [`Error::Data`]: `LengthMismatch` or `NonFinite` for torques or an initial state that do not fit, [`Error::Parameter`] for a wrong
-/// tolerance, and [`Error::Simulation`].
+/// tolerance or a motion of the base that does not fit, and [`Error::Simulation`].
 ///
 /// ```
 /// use flexure::manipulator::chain::{Chain, ChainPreset, ChainSimulation, DrivenChain, RotorCoupling, simulate_chain};
@@ -126,10 +158,11 @@ pub fn simulate_chain_watched(
     watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Record> {
     chain.state(&options.initial)?;
+    options.check_motion(chain)?;
     let base = if chain.chain().base() == Base::Free { 6 } else { 0 };
     let passive = chain.passive();
     let driven: Vec<usize> = (0..passive.len()).filter(|&i| !passive[i]).map(|i| base + i).collect();
-    let names = chain_columns(chain);
+    let names = columns(chain, base > 0 || options.base_motion.is_some());
     let held = HeldRun {
         driven: &chain.driven(),
         torques,
@@ -138,11 +171,22 @@ pub fn simulate_chain_watched(
     };
     let mut data = chain.data();
     let mut tau = vec![0.0; base + passive.len()];
-    let derivative = |x: &[f64], torques: &[f64], rates: &mut [f64]| {
+    let derivative = |t: f64, x: &[f64], torques: &[f64], rates: &mut [f64]| {
+        if let Some(motion) = &options.base_motion {
+            motion.at(t).carry(&mut data.chain)?;
+        }
         driven.iter().zip(torques).for_each(|(&at, torque)| tau[at] = *torque);
         chain.derivative(&mut data, x, &tau, rates)
     };
-    let mut columns = held.columns(derivative, names.len(), watch)?;
+    let mut columns = held.columns(derivative, chain_columns(chain).len(), watch)?;
+    if let Some(motion) = &options.base_motion {
+        let mut of_base = motion.columns();
+        let velocities = of_base.split_off(7);
+        let first = 1 + driven.len();
+        let second = first + held.positions;
+        columns.splice(second..second, velocities);
+        columns.splice(first..first, of_base);
+    }
     if base > 0 {
         unit_quaternions(&mut columns, &names);
     }
@@ -161,10 +205,10 @@ pub(in crate::manipulator) struct HeldRun<'a> {
 }
 
 impl HeldRun<'_> {
-    /// The instants, torques and states, as so many columns. The derivative takes the state and the torques.
+    /// The instants, torques and states, as so many columns. The derivative takes the time, the state and the torques.
     pub fn columns(
         &self,
-        derivative: impl FnMut(&[f64], &[f64], &mut [f64]) -> Result<()>,
+        derivative: impl FnMut(f64, &[f64], &[f64], &mut [f64]) -> Result<()>,
         columns: usize,
         watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Vec<Vec<f64>>> {
@@ -176,9 +220,9 @@ impl HeldRun<'_> {
         };
         let derivative = RefCell::new(derivative);
         let failed = RefCell::new(None);
-        let plant = |x: &StateOfChain, tau: &Vec<f64>| {
+        let plant = |t: f64, x: &StateOfChain, tau: &Vec<f64>| {
             let mut rates = vec![0.0; x.len()].into_boxed_slice();
-            if let Err(error) = (derivative.borrow_mut())(x, tau, &mut rates) {
+            if let Err(error) = (derivative.borrow_mut())(t, x, tau, &mut rates) {
                 // The integrator stops where nothing is finite; the reason is kept.
                 rates.fill(f64::NAN);
                 failed.borrow_mut().get_or_insert(error);
@@ -187,7 +231,7 @@ impl HeldRun<'_> {
         };
         let mut columns = vec![Vec::with_capacity(sampling.rows()); columns];
         let initial = options.initial.clone().into_boxed_slice();
-        let ran = run_held(
+        let ran = run_held_in_time(
             &mut Integration::new(0.0, initial, options.tolerances, options.integrator)?
                 .with_speeds_from(self.positions),
             plant,

@@ -1,7 +1,7 @@
 //! Where the links of a chain are: points and lines by which it can be drawn.
 
-use super::data::ChainData;
-use super::model::Chain;
+use super::data::{ChainData, free_placement};
+use super::model::{Base, Chain};
 use super::spatial::Placement;
 use crate::error::Result;
 
@@ -16,7 +16,8 @@ impl Chain {
     }
 
     /// Points of the chain in the world at the position `q`, m: the base's origin, the joints in their order, and the centre of mass of
-    /// every link that carries no other, since nothing says where such a link ends.
+    /// every link that carries no other, since nothing says where such a link ends. For a base that is moved, its pose stands before `q`, as that
+    /// of a free base does.
     ///
     /// # Errors
     /// A vector of another length, or a quaternion of length zero.
@@ -32,7 +33,14 @@ impl Chain {
     /// ```
     pub fn points(&self, data: &mut ChainData, q: &[f64]) -> Result<Vec<[f64; 3]>> {
         data.base.placement = Placement::default();
-        self.place(data, q)?;
+        let joints = match self.base {
+            Base::Fixed if q.len() == self.positions() + 7 => {
+                data.base.placement = free_placement(q)?;
+                &q[7..]
+            }
+            _ => q,
+        };
+        self.place(data, joints)?;
         let mut places: Vec<Placement> = Vec::with_capacity(self.bodies.len());
         for (body, state) in self.bodies.iter().zip(&data.bodies) {
             let parent = body.parent.map_or(&data.base.placement, |parent| &places[parent]);
@@ -61,7 +69,7 @@ impl Chain {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::manipulator::chain::{Base, ChainLink, ChainParameters, JointMotion, LinkInertia};
+    use crate::manipulator::chain::{ChainLink, ChainParameters, JointMotion, LinkInertia};
 
     /// Two links of 2 m and 1 m in a plane, each with its centre of mass in its middle.
     fn planar(base: Base) -> Chain {
@@ -121,6 +129,8 @@ mod tests {
             &found,
             &[[1.0, 2.0, 3.0], turned([0.5, 0.0, 0.0]), turned(elbow), turned(end)],
         );
+        // So does a base that is moved there.
+        assert_eq!(fixed.points(&mut fixed.data(), &q).unwrap(), found);
         assert!(free.points(&mut free.data(), &[0.0; 3]).is_err());
     }
 }

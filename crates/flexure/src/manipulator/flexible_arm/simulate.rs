@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::FlexibleArm;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::manipulator::chain::{ChainSimulation, HeldRun};
 use crate::record::Record;
 
@@ -69,8 +69,8 @@ impl FlexibleArm {
 /// The record has the columns of [`flexible_arm_columns`], one row an instant from 0 on, in s, N m, rad and m, rad/s and m/s.
 ///
 /// # Errors
-/// [`Error::Data`](crate::Error::Data): `LengthMismatch` or `NonFinite` for torques or an initial state that do not fit,
-/// [`Error::Parameter`](crate::Error::Parameter) for a wrong tolerance, and [`Error::Simulation`](crate::Error::Simulation).
+/// [`Error::Data`]: `LengthMismatch` or `NonFinite` for torques or an initial state that do not fit,
+/// [`Error::Parameter`] for a wrong tolerance and for a motion of the base, and [`Error::Simulation`].
 pub fn simulate_flexible_arm(arm: &FlexibleArm, torques: &[&[f64]], options: &ChainSimulation) -> Result<Record> {
     simulate_flexible_arm_watched(arm, torques, options, &mut |_| ControlFlow::Continue(()))
 }
@@ -79,7 +79,7 @@ pub fn simulate_flexible_arm(arm: &FlexibleArm, torques: &[&[f64]], options: &Ch
 /// and stops the simulation by returning `Break`.
 ///
 /// # Errors
-/// Those of [`simulate_flexible_arm`], and [`Error::Stopped`](crate::Error::Stopped).
+/// Those of [`simulate_flexible_arm`], and [`Error::Stopped`].
 pub fn simulate_flexible_arm_watched(
     arm: &FlexibleArm,
     torques: &[&[f64]],
@@ -87,6 +87,13 @@ pub fn simulate_flexible_arm_watched(
     watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Record> {
     arm.state(&options.initial)?;
+    if options.base_motion.is_some() {
+        return Err(Error::parameter(
+            "the number of motions of the base",
+            1.0,
+            "0: only the base of a chain of rigid links or segments can be moved",
+        ));
+    }
     let (names, driven) = (flexible_arm_columns(arm), arm.driven());
     let (coordinates, motors) = (arm.coordinates, arm.motors());
     let held = HeldRun {
@@ -95,7 +102,7 @@ pub fn simulate_flexible_arm_watched(
         options,
         positions: coordinates + motors,
     };
-    let derivative = |x: &[f64], tau: &[f64], rates: &mut [f64]| arm.derivative(x, tau, rates);
+    let derivative = |_, x: &[f64], tau: &[f64], rates: &mut [f64]| arm.derivative(x, tau, rates);
     let beams = arm.links.iter().filter(|link| link.beam.is_some()).count();
     let mut columns = held.columns(derivative, names.len() - beams, watch)?;
     let rows = columns[0].len();
