@@ -1,37 +1,13 @@
 //! The joints of a chain of links: what gravity and the other joints add to the torque of each.
 
-use flexure::identify::robot_joint::{ChainFit, JointLoad};
+use flexure::identify::robot_joint::ChainFit;
 use flexure::text::{percent, readable};
 use flexure_report::data::Fact;
 use serde_json::{Value, json};
 
-use super::AxisLog;
+use super::log::{AxisLoad, AxisLog};
 use super::text::{Units, inertia_json, inertia_text, typeset};
 use crate::text::number;
-
-/// What a chain adds to the torque of an axis.
-#[derive(Debug, Clone)]
-pub struct AxisLoad {
-    /// The torque, and the inertia of the links.
-    pub load: JointLoad,
-    /// The name of the chain: a file's name without its folder, or a preset's.
-    pub chain: String,
-    /// The name of the joint in the chain.
-    pub joint: String,
-}
-
-impl AxisLog {
-    /// The torque without what the chain adds.
-    pub(super) fn free_torque(&self) -> Vec<f64> {
-        let load = self.load.as_ref().map_or(&[][..], |of| &of.load.torque);
-        let load = load.iter().copied().chain(std::iter::repeat(0.0));
-        self.torque
-            .iter()
-            .zip(load)
-            .map(|(torque, load)| torque - load)
-            .collect()
-    }
-}
 
 /// How a chain fits the log of one of its joints.
 pub struct OfChain<'a> {

@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 
 use anyhow::{Result, bail};
 use flexure::Error;
-use flexure::identify::robot_joint::gear_ratio;
+use flexure::identify::robot_joint::{JointLoad, gear_ratio};
 use flexure::text::{exact, number};
 use flexure_io::RecordFile;
 
-use super::chain::AxisLoad;
 use crate::Spelling;
 use crate::preparation::conversion;
 
@@ -116,5 +115,29 @@ impl Log {
     /// The error with the file's name of a column in place of the library's.
     pub(super) fn renamed(&self, error: Error) -> Error {
         error.with_columns(|column| self.columns.get(column).cloned())
+    }
+}
+
+/// What a chain adds to the torque of an axis.
+#[derive(Debug, Clone)]
+pub struct AxisLoad {
+    /// The torque, and the inertia of the links.
+    pub load: JointLoad,
+    /// The name of the chain: a file's name without its folder, or a preset's.
+    pub chain: String,
+    /// The name of the joint in the chain.
+    pub joint: String,
+}
+
+impl AxisLog {
+    /// The torque without what the chain adds.
+    pub(super) fn free_torque(&self) -> Vec<f64> {
+        let load = self.load.as_ref().map_or(&[][..], |of| &of.load.torque);
+        let load = load.iter().copied().chain(std::iter::repeat(0.0));
+        self.torque
+            .iter()
+            .zip(load)
+            .map(|(torque, load)| torque - load)
+            .collect()
     }
 }

@@ -38,9 +38,8 @@ use row::Row;
 
 pub use arm_file::{Place, recorded};
 pub use axes::{Axes, Axis, IdentifiedAxis, MOST_AXES, NamedAxis};
-pub use chain::AxisLoad;
 pub use later::{Later, LaterLog, Trial};
-pub use log::{AxisLog, Log, in_unit, written_ratio};
+pub use log::{AxisLoad, AxisLog, Log, in_unit, written_ratio};
 pub use simulation::{Fit, Motion};
 pub(crate) use text::{Constant, constants, estimate, with_error};
 pub use text::{Units, parameter_text};

@@ -10,26 +10,13 @@
 //! the chain; they are identified as those of a single joint are. The mean inertia stays in the equation, where its column is corrected for the
 //! encoder's noise; of the load, only the smoothed motion has noise.
 
-use serde::Serialize;
-
 use super::checks;
 use super::finding::Finding;
 use super::limits::{CHAIN_ERRORS, LINKS_OFF, LOAD_OFF};
-use super::outcome::Estimated;
+use super::outcome::{ChainFit, Estimated};
 use super::smooth::{Noise, Reflected};
 use crate::error::{Error, Result};
 use crate::manipulator::chain::{Base, Chain};
-
-/// How the load of a chain fits the log of one of its joints.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct ChainFit {
-    /// The mean inertia of the chain's links about the joint, kg m^2 (kg).
-    pub links: f64,
-    /// The inertia that was found beside that of the links: of a rigid axis, its drive's.
-    pub beside_links: Estimated,
-    /// How many times the load counts if its factor is estimated too: 1 if the chain is right. `None` if the log does not tell.
-    pub factor: Option<Estimated>,
-}
 
 impl ChainFit {
     /// For the inertia that was found, and the part of the load that is missing in the equations.

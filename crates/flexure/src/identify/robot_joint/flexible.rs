@@ -7,7 +7,7 @@
 //! The motor's equation alone determines kappa; the sum of both equations determines M and f. Both together, each line with the weight of
 //! its noise, determine all of them best: the second equation has no torque, and so no torque noise.
 
-use super::chain_load::{ChainFit, JointLoad};
+use super::chain_load::JointLoad;
 use super::checks;
 use super::effects::radii;
 use super::explanations::{Explained, explained};
@@ -19,7 +19,9 @@ use super::joint_forms::JointPlace;
 use super::joint_signals::JointSignals;
 use super::limits::{DISAGREE, STOP_RADII_OF_ANGLE};
 use super::motion::{self, Motion, modulation_of};
-use super::outcome::{Effect, Estimated, FlexibleAxis, IdentifiedCurve, IdentifiedJoint, JointModel, StiffJoint};
+use super::outcome::{
+    ChainFit, Effect, Estimated, FlexibleAxis, IdentifiedCurve, IdentifiedJoint, JointModel, StiffJoint,
+};
 use super::rigid::RigidJoint;
 use super::smooth::Reflected;
 use super::stretches::{FormedJoint, Logged};

@@ -137,15 +137,15 @@ mod two_link;
 #[cfg(test)]
 mod tests;
 
-pub use chain_load::{ChainFit, JointLoad};
+pub use chain_load::JointLoad;
 pub use checks::gear_ratio;
 pub use finding::Finding;
 pub use flexible::FlexibleJoint;
 pub use forms::FormName;
 pub use limits::REFUTED;
 pub use outcome::{
-    Effect, Estimated, Fitted, FlexibleAxis, IdentifiedCurve, IdentifiedJoint, JointModel, LackOfFit, Parameter,
-    Polished, RigidAxis, StiffJoint,
+    ChainFit, Effect, Estimated, Fitted, FlexibleAxis, IdentifiedCurve, IdentifiedJoint, JointModel, LackOfFit,
+    Parameter, Polished, RigidAxis, StiffJoint,
 };
 pub use prediction::{JointMotion, NeededTorque};
 pub use replay::AxisDrive;

@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-use super::chain_load::ChainFit;
 use super::finding::Finding;
 use super::forms::{FormName, ParametricCurve};
 use super::limits::{LARGEST_ERROR, REFUTED};
@@ -285,6 +284,17 @@ pub struct RigidAxis {
     pub chain: Option<ChainFit>,
     /// The findings about the log.
     pub findings: Vec<Finding>,
+}
+
+/// How the load of a chain fits the log of one of its joints.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ChainFit {
+    /// The mean inertia of the chain's links about the joint, kg m^2 (kg).
+    pub links: f64,
+    /// The inertia that was found beside that of the links: of a rigid axis, its drive's.
+    pub beside_links: Estimated,
+    /// How many times the load counts if its factor is estimated too: 1 if the chain is right. `None` if the log does not tell.
+    pub factor: Option<Estimated>,
 }
 
 /// The difference between motor and link of a joint that is stiff: an offset of the clocks times velocity, and a small compliance.

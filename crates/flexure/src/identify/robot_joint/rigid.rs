@@ -4,7 +4,7 @@
 //!
 //! where gravity and a spring are optional, f contains any offset, and L is a known load, such as that of the other joints of a chain.
 
-use super::chain_load::{ChainFit, JointLoad};
+use super::chain_load::JointLoad;
 use super::checks;
 use super::column_noise::Noisy;
 use super::division::{RIGID_FRICTION, lowest};
@@ -19,7 +19,7 @@ use super::limits::{
     SAMPLES_A_CONSTANT,
 };
 use super::motion::modulation;
-use super::outcome::{Estimated, Parameter, RigidAxis};
+use super::outcome::{ChainFit, Estimated, Parameter, RigidAxis};
 use super::passages::{Passage, while_moving};
 use super::smooth::{Noise, Reflected};
 use super::system::{Curve, CurveKind, FreeCurves, System, low_frequencies};
