@@ -123,6 +123,8 @@ def identify_axes(
     >>> round(axes[1].inertia.value, 2)
     2.0
     """
+    if chain is not None and not isinstance(chain, Chain):
+        raise ParameterError("chain is a flexure.Chain, such as flexure.Chain.from_urdf(path)")
     if chain is not None and (gravity or prismatic):
         raise ParameterError("leave gravity and prismatic out: the chain says them")
     if (position is None) == (motor is None or link is None):

@@ -47,7 +47,8 @@ impl Robot {
     /// # Errors
     /// For a file that cannot be read.
     pub fn is_chain(path: &Path) -> Result<bool> {
-        Ok(is_urdf(path) || is_chain(&read_text(path)?))
+        let is_preset = path.to_str().and_then(preset).is_some();
+        Ok(is_preset || is_urdf(path) || is_chain(&read_text(path)?))
     }
 
     /// From a URDF, a chain file, or a preset's name.
@@ -57,7 +58,8 @@ impl Robot {
     pub fn read(path: &Path, no_gravity: bool) -> Result<Robot> {
         let preset = path.to_str().and_then(preset);
         if no_gravity && !is_urdf(path) {
-            return Err(Usage("--no-gravity is for URDF; a chain file says its gravity itself".to_owned()).into());
+            let what = if preset.is_some() { "preset" } else { "chain file" };
+            return Err(Usage(format!("--no-gravity is for URDF; a {what} says its gravity itself")).into());
         }
         let file = match preset {
             Some(preset) => rigid(Chain::new(&preset.parameters())?)?,
@@ -67,6 +69,11 @@ impl Robot {
             .file_name()
             .map_or_else(|| shown_path(path), |name| name.to_string_lossy().into_owned());
         match file {
+            ChainFile::Chain(chain) if chain.coupling() != RotorCoupling::None => bail!(
+                "{}: its rotors act on the links that carry them, which the equation of a single joint cannot tell; set rotors = \"none\": with high \
+                 gear ratios that is little",
+                shown_path(path)
+            ),
             ChainFile::Chain(chain) if chain.chain().base() == Base::Fixed => Ok(Robot { chain, name }),
             ChainFile::Chain(_) => bail!(
                 "{}: its base floats, and the log of its joints does not have its motion; give a chain on a fixed base",
@@ -77,6 +84,11 @@ impl Robot {
                 shown_path(path)
             ),
         }
+    }
+
+    /// Whether a joint has a motor with an inertia, or friction.
+    pub fn has_drives(&self) -> bool {
+        self.chain.has_drives()
     }
 
     /// The joint that an axis is: by its number, counted from 1, or its name.

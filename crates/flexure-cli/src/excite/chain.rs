@@ -22,6 +22,8 @@ const FADE: f64 = 0.05;
 const UNLIMITED: f64 = 1.0;
 /// References use this share of the range of positions.
 const INSIDE: f64 = 0.95;
+/// Shares of the integrated signal that are tried.
+const BLENDS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 /// Rounds of making the references smaller.
 const ROUNDS: usize = 60;
 /// A reference that needs too much becomes smaller by at least this factor, and aims at this share of its limit.
@@ -60,7 +62,10 @@ pub fn run(arguments: &Arguments, robot: &Robot) -> Result<()> {
     }
     let mut lines = trial.summary();
     rehearsal.write(&mut lines);
-    lines.sentence("What the arm may hit is not checked: run the reference slowly first");
+    if !trial.robot.has_drives() {
+        lines.note("the chain has no drives: the torques are those of its links alone; lower --max-torque by what the drives' inertia and friction need");
+    }
+    lines.note("what the arm may hit is not checked: run the reference slowly first");
     let wrote = format!(
         "wrote {} ({} of references of {})",
         shown_path(&arguments.out),
@@ -136,21 +141,10 @@ fn limits(arguments: &Arguments, robot: &Robot) -> Result<(Vec<Extremes>, Vec<f6
 /// The largest references that keep the limits.
 fn largest<'a>(arguments: &Arguments, robot: &'a Robot, rows: usize) -> Result<ChainTrial<'a>> {
     let (limits, centres) = limits(arguments, robot)?;
-    let units: Vec<JointPath> = (0..limits.len())
-        .map(|joint| unit(arguments, joint, rows))
-        .collect::<Result<_>>()?;
-    let largest_of = |x: &[f64], about: f64| x.iter().fold(0.0_f64, |m, v| m.max((v - about).abs()));
-    let mut scales: Vec<f64> = (units.iter().zip(&limits))
-        .map(|(unit, limits)| {
-            let of_velocity = limits.velocity / largest_of(&unit.velocity, 0.0);
-            let reach = if limits.position.is_finite() {
-                limits.position
-            } else {
-                UNLIMITED
-            };
-            of_velocity.min(reach / largest_of(&unit.position, 0.0))
-        })
-        .collect();
+    let units = (limits.iter().enumerate())
+        .map(|(joint, limits)| unit(arguments, joint, rows, limits))
+        .collect::<Result<Vec<JointPath>>>()?;
+    let mut scales = vec![1.0; units.len()];
     for _ in 0..ROUNDS {
         let paths: Vec<JointPath> = units
             .iter()
@@ -217,20 +211,73 @@ fn too_heavy(robot: &Robot, centres: &[f64], limits: &[Extremes]) -> anyhow::Err
     }
 }
 
-/// A reference about zero, of largest value one or less, that starts and stops at rest.
-fn unit(arguments: &Arguments, joint: usize, rows: usize) -> Result<JointPath> {
-    let mut position = signals::of_joint(rows, joint, arguments)?;
+/// A reference about zero that starts and stops at rest, as large as the limits of position and velocity allow.
+///
+/// Harmonics of equal size in the position make the velocity large, and their integral the position. The blend of both that uses most of both
+/// limits is taken.
+fn unit(arguments: &Arguments, joint: usize, rows: usize, limits: &Extremes) -> Result<JointPath> {
+    let fast = signals::of_joint(rows, joint, arguments)?;
+    let slow = integral(&fast);
+    let reach = if limits.position.is_finite() {
+        limits.position
+    } else {
+        UNLIMITED
+    };
+    let mut best: Option<(f64, JointPath)> = None;
+    for blend in BLENDS {
+        let both = fast.iter().zip(&slow);
+        let path = from_rest_to_rest(
+            both.map(|(fast, slow)| (1.0 - blend) * fast + blend * slow).collect(),
+            arguments.sample_time,
+        );
+        let [position, velocity] = [&path.position, &path.velocity].map(|x| largest_of(x, 0.0));
+        let scale = (reach / position).min(limits.velocity / velocity);
+        let used = match limits.velocity.is_finite() {
+            true => scale * position / reach * (scale * velocity / limits.velocity),
+            false => scale * position / reach,
+        };
+        if best.as_ref().is_none_or(|(most, _)| used > *most) {
+            best = Some((used, scaled(&path, scale, 0.0)));
+        }
+    }
+    best.map(|(_, path)| path)
+        .ok_or_else(|| anyhow!("no reference was found"))
+}
+
+/// The sums of a signal without its mean, of largest value one.
+fn integral(x: &[f64]) -> Vec<f64> {
+    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
+    let about = mean(x);
+    let sums: Vec<f64> = x
+        .iter()
+        .scan(0.0, |sum, value| {
+            *sum += value - about;
+            Some(*sum)
+        })
+        .collect();
+    let centre = mean(&sums);
+    let largest = largest_of(&sums, centre);
+    sums.iter().map(|sum| (sum - centre) / largest).collect()
+}
+
+/// A path that fades in and out.
+fn from_rest_to_rest(mut position: Vec<f64>, step: f64) -> JointPath {
+    let rows = position.len();
     let fade = (FADE * rows as f64).max(1.0);
     for (k, value) in position.iter_mut().enumerate() {
         let near = k.min(rows - 1 - k) as f64 / fade;
         *value *= smooth(near.min(1.0));
     }
-    let velocity = differences(&position, arguments.sample_time);
-    Ok(JointPath {
-        acceleration: differences(&velocity, arguments.sample_time),
+    let velocity = differences(&position, step);
+    JointPath {
+        acceleration: differences(&velocity, step),
         velocity,
         position,
-    })
+    }
+}
+
+fn largest_of(x: &[f64], about: f64) -> f64 {
+    x.iter().fold(0.0_f64, |m, v| m.max((v - about).abs()))
 }
 
 /// From 0 to 1 without a jump of velocity, acceleration and jerk.

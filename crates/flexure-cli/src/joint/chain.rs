@@ -7,12 +7,17 @@ use flexure::identify::robot_joint::JointLoad;
 use flexure::text::shown_path;
 use flexure_io::RecordFile;
 use flexure_workbench::joints::{AxisLoad, in_unit};
+use flexure_workbench::text::number;
 
 use super::Arguments;
 use super::axes::AxisNames;
 use super::log::{Names, Quantity};
 use crate::arguments::Usage;
+use crate::output::print_note;
 use crate::robot::Robot;
+
+/// Positions outside a joint's limits by this share of their range are hardly in its unit.
+const FAR: f64 = 0.1;
 
 /// The chain whose joints are identified.
 #[derive(clap::Args)]
@@ -102,8 +107,11 @@ impl AxesOfChain {
                     self.robot.name
                 );
             }
-            let (samples, _) = in_unit(file, &column, Quantity::Angle.unit(prismatic))?;
-            positions.push(samples.iter().map(|q| q * before_gear).collect::<Vec<f64>>());
+            let unit = Quantity::Angle.unit(prismatic);
+            let (samples, _) = in_unit(file, &column, unit)?;
+            let samples: Vec<f64> = samples.iter().map(|q| q * before_gear).collect();
+            note_of_limits(file, &column, &samples, joint, chain.limits()[positions.len()], unit);
+            positions.push(samples);
             columns.push(column);
         }
         let used: Vec<&str> = columns.iter().map(String::as_str).collect();
@@ -123,5 +131,19 @@ impl AxesOfChain {
                 joint: joint.clone(),
             })
             .collect())
+    }
+}
+
+/// Says of positions that are far outside the limits of their joint that they may be in another unit.
+fn note_of_limits(file: &RecordFile, column: &str, q: &[f64], joint: &str, [low, high]: [f64; 2], unit: &str) {
+    let outside = |q: &&f64| **q < low - FAR * (high - low) || **q > high + FAR * (high - low);
+    if let Some(position) = q.iter().find(outside) {
+        print_note(&format!(
+            "note: {}: '{column}' has {}, far beyond the limits {} to {} {unit} of the joint '{joint}': is it in another unit, such as degrees?",
+            file.name(),
+            number(*position),
+            number(low),
+            number(high)
+        ));
     }
 }

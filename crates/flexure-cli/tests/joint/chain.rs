@@ -179,7 +179,7 @@ fn what_no_chain_can_be_is_refused_with_what_to_do() {
         ),
         (
             "--chain six-joint-arm --no-gravity --position q{} --torque tau{}",
-            "--no-gravity is for URDF; a chain file says its gravity itself",
+            "--no-gravity is for URDF; a preset says its gravity itself",
         ),
     ] {
         folder.misused(&format!("joint log.csv {options}"), message);

@@ -264,8 +264,10 @@ impl Axis {
                     let text = later.text(found.joint.log(), units);
                     (tone, format!("{}: {text}", later.outcome()))
                 });
+                let row = found.row();
+                let why = (!row.holds).then_some((Tone::Caution, row.why));
                 let chain = found.joint.of_chain().map(|chain| (Tone::Plain, chain.text(units)));
-                chain.into_iter().chain(notes).chain(later).collect()
+                why.into_iter().chain(chain).chain(notes).chain(later).collect()
             }
         }
     }

@@ -40,14 +40,14 @@ impl<'a> OfChain<'a> {
     pub fn text(&self, units: &Units) -> String {
         let links = format!("{} {}", number(self.fit.links), units.inertia());
         let inertia = match self.flexible {
-            true => format!("its links have an inertia of {links} about it, on average"),
+            true => format!("inertia of its links {links} on average"),
             false => format!(
-                "the inertia is {links} of the links, on average, and {} of the drive",
+                "inertia of its links {links} on average, of its drive {}",
                 inertia_text(self.fit.beside_links, units)
             ),
         };
         format!(
-            "joint {} of {}: gravity and the other joints have {} of the recorded {} (root mean square); {inertia}",
+            "joint '{}' of {}: gravity and the other joints have {} of the recorded {} (root mean square); {inertia}",
             readable(&self.of.joint),
             self.of.chain,
             percent(self.share),
@@ -58,7 +58,7 @@ impl<'a> OfChain<'a> {
     /// As facts of a page.
     pub fn facts(&self, units: &Units) -> Vec<Fact> {
         let links = typeset(&format!("{} {}", number(self.fit.links), units.inertia()));
-        let of = format!("of joint {} of {}", self.of.joint, self.of.chain);
+        let of = format!("of joint '{}' of {}", self.of.joint, self.of.chain);
         let inertia = match self.flexible {
             true => Fact::new("Inertia of the links", links, format!("on average, {of}")),
             false => {
@@ -79,7 +79,7 @@ impl<'a> OfChain<'a> {
     pub fn json(&self) -> Value {
         let drive = (!self.flexible).then(|| inertia_json(self.fit.beside_links));
         json!({
-            "chain": self.of.chain,
+            "name": self.of.chain,
             "joint": self.of.joint,
             "load_share": self.share,
             "load_factor": self.fit.factor,

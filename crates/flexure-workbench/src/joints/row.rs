@@ -71,6 +71,8 @@ pub struct Row {
     pub verdict: &'static str,
     /// Whether nothing is wrong.
     pub holds: bool,
+    /// What is wrong with it, in a sentence.
+    pub why: String,
 }
 
 impl Quantity {
@@ -146,6 +148,7 @@ impl Row {
             quantities: [inertia, drive, viscous, coulomb, offset, stiffness, skew],
             verdict,
             holds,
+            why: outcome.verdict().headline,
         }
     }
 

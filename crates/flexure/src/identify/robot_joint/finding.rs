@@ -193,7 +193,7 @@ impl fmt::Display for Finding {
             Finding::LoadFactor { factor } => write!(
                 f,
                 "the load of the chain, gravity and the other joints, fits best if it counts {} times: check the masses of the chain, a load \
-                 at its tip that it does not have, and the torque's unit and sign",
+                 at its tip that it does not have, the direction of gravity, and the torque's unit and sign",
                 with_error(factor.value, factor.standard_error)
             ),
             Finding::OtherLinks { found, links } => write!(

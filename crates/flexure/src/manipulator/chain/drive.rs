@@ -99,6 +99,11 @@ impl Drive {
         }
     }
 
+    /// Whether it is a rigid joint without friction, whose motor has no inertia.
+    pub fn is_ideal(&self) -> bool {
+        !self.flexible && !self.passive && self.motor == 0.0 && self.friction.is_none() && self.motor_friction.is_none()
+    }
+
     /// The torque on the link at this joint position and velocity, and what is left of `tau` to turn the motor behind a spring, which is at
     /// `motor`.
     #[inline(always)]

@@ -102,6 +102,11 @@ impl DrivenChain {
         &self.chain
     }
 
+    /// Whether any joint has friction, a spring, or a motor with an inertia.
+    pub fn has_drives(&self) -> bool {
+        self.drives.iter().any(|drive| !drive.is_ideal())
+    }
+
     /// How the rotors act on their carriers.
     pub fn coupling(&self) -> RotorCoupling {
         self.coupling

@@ -8,6 +8,7 @@ use super::drive::Drive;
 use super::drives::DrivenChain;
 use super::model::Base;
 use crate::error::{Error, Result};
+use crate::manipulator::Stiffness;
 
 /// The sampled motion of a joint.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -29,17 +30,13 @@ pub struct NeededDrive {
     pub torque: Vec<f64>,
 }
 
-/// Rounds of adding the damper's torque to that of the spring.
-const DAMPER_ROUNDS: usize = 3;
-
 impl DrivenChain {
     /// What every motor does while the links move along these paths, one a joint, `sample_time` s apart. The base does not move.
     ///
-    /// The motors' velocities and accelerations are central differences of the deflections, so samples are to be close. What rotors do to their
-    /// carriers is left out.
+    /// The motors' velocities and accelerations are central differences of the deflections, so samples are to be close.
     ///
     /// # Errors
-    /// [`Error::Data`] for paths that are not those of all joints, or not equally long; [`Error::Parameter`] for a free base, a passive joint, and a
+    /// [`Error::Data`] for paths that are not those of all joints, or not equally long; [`Error::Parameter`] for a free base, a passive joint, rotors that act on their carriers, and a
     /// torque that a softening spring cannot hold.
     ///
     /// ```
@@ -86,6 +83,10 @@ impl DrivenChain {
                 "0: the base must not move",
             ));
         }
+        if self.drives.iter().any(|drive| drive.spin != 0.0) {
+            let requirement = "0: what rotors do to their carriers is not in the torques of one joint";
+            return Err(Error::parameter("the coupling of rotors", 1.0, requirement));
+        }
         if let Some(passive) = self.passive().iter().position(|passive| *passive) {
             let name = format!("the torque of the passive joint '{}'", joints[passive]);
             return Err(Error::parameter(name, 0.0, "that of a motor: the joint has none"));
@@ -128,18 +129,7 @@ impl Drive {
         let at_rest = |x: f64, v: f64| self.torques(x, v, Some((x, v)), 0.0);
         let both = path.position.iter().zip(&path.velocity).zip(on_link);
         let elastic: Vec<f64> = both.map(|((q, v), torque)| torque - at_rest(*q, *v).0).collect();
-        let mut deflection = self.deflections(&elastic, joint)?;
-        if self.damping != 0.0 {
-            for _ in 0..DAMPER_ROUNDS {
-                let rate = differences(&deflection, step);
-                let of_spring: Vec<f64> = elastic
-                    .iter()
-                    .zip(&rate)
-                    .map(|(e, rate)| e - self.damping * rate)
-                    .collect();
-                deflection = self.deflections(&of_spring, joint)?;
-            }
-        }
+        let deflection = self.deflections(&elastic, step, joint)?;
         let motor: Vec<f64> = path.position.iter().zip(&deflection).map(|(q, d)| q + d).collect();
         let rate = differences(&deflection, step);
         let bend = differences(&rate, step);
@@ -153,14 +143,30 @@ impl Drive {
         })
     }
 
-    fn deflections(&self, torques: &[f64], joint: &str) -> Result<Vec<f64>> {
-        let deflection = |torque: &f64| {
-            self.stiffness.deflection(*torque).ok_or_else(|| {
+    /// The deflections under these torques of spring and damper, $\\kappa(d) + c\\,\\dot d$, by backward differences of order 2; the first one is at
+    /// rest.
+    fn deflections(&self, torques: &[f64], step: f64, joint: &str) -> Result<Vec<f64>> {
+        let mut deflections: Vec<f64> = Vec::with_capacity(torques.len());
+        for &torque in torques {
+            // The present deflection and the known ones in the difference quotient.
+            let (present, before) = match deflections[..] {
+                [] => (0.0, 0.0),
+                [only] => (1.0, only),
+                [.., earlier, last] => (1.5, 2.0 * last - 0.5 * earlier),
+            };
+            let damping = self.damping / step;
+            let stiffness = Stiffness {
+                linear: self.stiffness.linear + present * damping,
+                ..self.stiffness
+            };
+            let known = torque + damping * before;
+            let deflection = stiffness.deflection(known).ok_or_else(|| {
                 let name = format!("the torque on the spring of joint '{joint}'");
-                Error::parameter(name, *torque, "one that the spring can hold")
-            })
-        };
-        torques.iter().map(deflection).collect()
+                Error::parameter(name, torque, "one that the spring can hold")
+            })?;
+            deflections.push(deflection);
+        }
+        Ok(deflections)
     }
 }
 
@@ -195,13 +201,18 @@ mod tests {
         (0..joints).map(path).collect()
     }
 
+    /// The damping is light, or more than critical.
     #[test]
     fn the_torques_of_motors_give_the_motion_of_links_and_motors_back() {
+        [0.3, 100.0].into_iter().for_each(gives_back);
+    }
+
+    fn gives_back(damping: f64) {
         let [nonlinear, _] = space_arm(JointKind::Nonlinear).joints;
         let flexible = ChainDrive {
             kind: JointKind::Nonlinear,
             joint: JointParameters {
-                damping: 0.3,
+                damping,
                 motor_friction: nonlinear.friction,
                 ..nonlinear
             },
@@ -268,6 +279,17 @@ mod tests {
                 .to_string()
                 .contains("passive")
         );
+        let rotor = ChainDrive {
+            joint: JointParameters {
+                motor_inertia: 1.0,
+                ..JointParameters::default()
+            },
+            ..ChainDrive::default()
+        };
+        let arm = Chain::new(&ChainPreset::SixJointArm.parameters()).unwrap();
+        let coupled = DrivenChain::new(arm, &[rotor; 6], RotorCoupling::Complete).unwrap();
+        let error = coupled.needed_drives(&paths(6), STEP).unwrap_err().to_string();
+        assert!(error.contains("carriers"), "{error}");
         let free = Chain::new(&ChainPreset::SpaceManipulator.parameters()).unwrap();
         let free = DrivenChain::new(free, &[], RotorCoupling::None).unwrap();
         assert!(
