@@ -54,6 +54,8 @@ impl Signals {
     /// How the torque acts. The torque and the passages are then those of it.
     pub fn acts(&mut self, joint: &RigidJoint, band: f64) -> Option<Acts> {
         let mut best: Option<(Explanation, Option<Finding>)> = None;
+        // The delay that is estimated if the torque acts at its samples.
+        let mut at_once = None;
         for acting in ACTINGS {
             for mut explanation in self.explanations(joint, acting, band) {
                 explanation.score += if acting.is_usual() { 0.0 } else { LOGGED_ELSEWHERE };
@@ -62,11 +64,17 @@ impl Signals {
                     continue;
                 }
                 if !acting.held {
+                    at_once = self.delay(joint, &explanation);
                     best = Some((explanation, None));
                     continue;
                 }
+                let known = acting.delay * self.step;
                 let delay = self.delay(joint, &explanation);
-                let delay = delay.filter(|delay| delay.is_near(acting.delay * self.step, self.step));
+                // Passages that are simulated with a wrong delay pull its estimate towards it, so an unusual delay must also show with those of a
+                // torque that acts at its samples.
+                let near = |delay: &ClockOffset| delay.is_near(known, self.step);
+                let shows = acting.is_usual() || at_once.as_ref().is_some_and(near);
+                let delay = delay.filter(|delay| shows && near(delay));
                 if let Some(ClockOffset { value: delay, .. }) = delay {
                     best = Some((explanation, Some(Finding::TorqueDelay { delay, held: true })));
                 }
