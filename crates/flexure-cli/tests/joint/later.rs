@@ -80,7 +80,7 @@ fn several_axes_are_judged_each_on_its_own_columns() {
     assert_eq!(holds, [Some(true), Some(false)]);
     let text = folder.said(command);
     assert!(
-        text.contains("not on the other log") && text.contains("1 of them move"),
+        text.contains("not on the other log") && text.contains("each alone; 1 holds"),
         "{text}"
     );
 }

@@ -7,6 +7,7 @@ use flexure::text::readable;
 use flexure_report::data::{JointPage, Table};
 use serde_json::{Value, json};
 
+use super::later::Later;
 use super::row::{COLUMNS, DRIVE, Quantity, Row};
 use super::text::typeset;
 use super::{Curves, Joint, Trial, Units};
@@ -265,7 +266,9 @@ impl Axis {
                     (tone, format!("{}: {text}", later.outcome()))
                 });
                 let row = found.row();
-                let why = (!row.holds).then_some((Tone::Caution, row.why));
+                // What it does on another log has a line of its own.
+                let later_holds = found.trial.later.as_ref().is_none_or(Later::holds);
+                let why = (!row.holds && later_holds).then_some((Tone::Caution, row.why));
                 let chain = found.joint.of_chain().map(|chain| (Tone::Plain, chain.text(units)));
                 why.into_iter().chain(chain).chain(notes).chain(later).collect()
             }
