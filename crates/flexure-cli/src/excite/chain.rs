@@ -268,9 +268,9 @@ fn from_rest_to_rest(mut position: Vec<f64>, step: f64) -> JointPath {
         let near = k.min(rows - 1 - k) as f64 / fade;
         *value *= smooth(near.min(1.0));
     }
-    let velocity = differences(&position, step);
+    let velocity = slopes(&position, step);
     JointPath {
-        acceleration: differences(&velocity, step),
+        acceleration: slopes(&velocity, step),
         velocity,
         position,
     }
@@ -285,8 +285,8 @@ fn smooth(x: f64) -> f64 {
     x.powi(4) * (35.0 + x * (-84.0 + x * (70.0 - 20.0 * x)))
 }
 
-/// Central differences of a signal that is at rest at both ends.
-fn differences(x: &[f64], step: f64) -> Vec<f64> {
+/// The derivative of a signal that is at rest at both ends, by central differences of order 4.
+fn slopes(x: &[f64], step: f64) -> Vec<f64> {
     let at = |k: isize| x[k.clamp(0, x.len() as isize - 1) as usize];
     let slope = |k: isize| (8.0 * (at(k + 1) - at(k - 1)) - (at(k + 2) - at(k - 2))) / (12.0 * step);
     (0..x.len() as isize).map(slope).collect()

@@ -8,6 +8,8 @@ use flexure::simulation::Sampling;
 use flexure::text::{list, shown_path};
 use flexure_io::read_record;
 
+use super::chain::columns_or_zeros;
+
 const POSITION: [&str; 3] = ["base_x", "base_y", "base_z"];
 const ANGLES: [&str; 3] = ["base_roll", "base_pitch", "base_yaw"];
 const QUATERNION: [&str; 4] = ["base_qx", "base_qy", "base_qz", "base_qw"];
@@ -31,18 +33,7 @@ pub fn base_motion(path: &Path, sampling: &Sampling) -> Result<BaseMotion> {
             list(&ANGLES)
         );
     }
-    let samples = file.record.len();
-    if samples != rows {
-        bail!(
-            "{}: there are {samples} rows, but the run has {rows} instants",
-            shown_path(path)
-        );
-    }
-    let column = |name: &&str| match file.record.column(name) {
-        Ok(_) => Ok(file.finite(name)?.to_vec()),
-        Err(_) => Ok(vec![0.0; rows]),
-    };
-    let columns = |names: &[&str]| names.iter().map(column).collect::<Result<Vec<Vec<f64>>>>();
+    let columns = |names: &[&str]| columns_or_zeros(&file, names, rows);
     let (position, angles, quaternion) = (columns(&POSITION)?, columns(&ANGLES)?, columns(&QUATERNION)?);
     let poses = (0..rows).map(|k| {
         let [x, y, z] = [0, 1, 2].map(|i| position[i][k]);

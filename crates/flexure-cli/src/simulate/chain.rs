@@ -11,7 +11,7 @@ use flexure::text::{counted, list, short, shown_path};
 use flexure::{Error, Record};
 use flexure_io::arm::{chain_file_of_toml, is_chain};
 use flexure_io::urdf::parse_urdf;
-use flexure_io::{check_computed, read_record, write_record};
+use flexure_io::{RecordFile, check_computed, read_record, write_record};
 use flexure_workbench::chains::motion_page;
 use serde_json::json;
 
@@ -269,16 +269,21 @@ fn torques(chain: &Machine, path: &Path, rows: usize) -> Result<Vec<Vec<f64>>> {
             list(&names)
         );
     }
+    columns_or_zeros(&file, &names, rows)
+}
+
+/// These columns of a record with one row an instant of the run; those that are missing are zero.
+pub fn columns_or_zeros(file: &RecordFile, names: &[impl AsRef<str>], rows: usize) -> Result<Vec<Vec<f64>>> {
     let samples = file.record.len();
     if samples != rows {
         bail!(
             "{}: there are {samples} rows, but the run has {rows} instants",
-            shown_path(path)
+            shown_path(&file.path)
         );
     }
-    let column = |name: &String| match file.record.column(name) {
+    let column = |name: &str| match file.record.column(name) {
         Ok(_) => Ok(file.finite(name)?.to_vec()),
         Err(_) => Ok(vec![0.0; rows]),
     };
-    names.iter().map(column).collect()
+    names.iter().map(|name| column(name.as_ref())).collect()
 }

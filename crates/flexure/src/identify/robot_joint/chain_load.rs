@@ -14,7 +14,8 @@ use super::checks;
 use super::finding::Finding;
 use super::limits::{CHAIN_ERRORS, LINKS_OFF, LOAD_OFF};
 use super::outcome::{ChainFit, Estimated};
-use super::smooth::{Noise, Reflected};
+use super::rates::Rates;
+use super::smooth::Reflected;
 use crate::error::{Error, Result};
 use crate::manipulator::chain::{Base, Chain};
 
@@ -134,38 +135,36 @@ impl JointLoad {
 /// The smoothed motion of a joint.
 struct SmoothMotion {
     position: Vec<f64>,
-    velocity: Vec<f64>,
-    acceleration: Vec<f64>,
+    rates: Rates,
 }
 
 impl SmoothMotion {
     /// Of these positions; a joint that stays where it is has no velocity.
     fn new(q: &[f64], step: f64) -> Self {
         if q.iter().all(|position| *position == q[0]) {
-            let rest = vec![0.0; q.len()];
             return SmoothMotion {
                 position: q.to_vec(),
-                velocity: rest.clone(),
-                acceleration: rest,
+                rates: Rates::at_rest(q.len()),
             };
         }
-        let cut_off = Noise::of(q, step).cut_off();
-        let of_position = Reflected::new(q, step);
-        let velocity = of_position.velocity(cut_off);
+        let rates = Rates::new(q, None, step);
         SmoothMotion {
-            position: of_position.smoothed(cut_off),
-            acceleration: Reflected::new(&velocity, step).velocity(cut_off),
-            velocity,
+            position: Reflected::new(q, step).smoothed(rates.cut_off),
+            rates,
         }
     }
 
     fn at(&self, sample: usize) -> (f64, f64, f64) {
-        (self.position[sample], self.velocity[sample], self.acceleration[sample])
+        (
+            self.position[sample],
+            self.rates.velocity[sample],
+            self.rates.acceleration[sample],
+        )
     }
 
     /// The load, for the torque of the whole chain and the mean inertia.
     fn load(&self, mut torque: Vec<f64>, inertia: f64) -> JointLoad {
-        let own = torque.iter_mut().zip(&self.acceleration);
+        let own = torque.iter_mut().zip(&self.rates.acceleration);
         own.for_each(|(torque, acceleration)| *torque -= inertia * acceleration);
         JointLoad { torque, inertia }
     }

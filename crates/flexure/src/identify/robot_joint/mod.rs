@@ -56,6 +56,7 @@
 //! | `limits.rs` | every threshold |
 //! | `checks.rs` | refusals and warnings about a log |
 //! | `smooth.rs` | the noise of an encoder from its spectrum; zero-phase smoothing; shifts by a part of a sample |
+//! | `rates.rs` | velocity and acceleration from positions |
 //! | `fourier.rs` | modulated Fourier integrals: derivatives without differentiating |
 //! | `motion.rs` | a log with the noise of its encoders, and the frequencies of the equations |
 //! | `chain_load.rs` | the load that gravity and the other joints of a chain are for a joint |
@@ -124,6 +125,7 @@ mod polish;
 mod prediction;
 mod presliding;
 mod profile;
+mod rates;
 mod replay;
 mod rests;
 mod reversals;

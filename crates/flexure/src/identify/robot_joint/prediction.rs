@@ -8,7 +8,8 @@ use super::checks;
 use super::finding::Finding;
 use super::limits::{ENDS, LONGEST_ENDS};
 use super::outcome::{FlexibleAxis, IdentifiedCurve, RigidAxis};
-use super::smooth::{Noise, Reflected};
+use super::rates::Rates;
+use super::smooth::Reflected;
 use crate::error::Result;
 
 /// A motion without its torque.
@@ -58,14 +59,6 @@ impl NeededTorque {
         smooth.truncate(smooth.len() - ends);
         smooth.split_off(ends)
     }
-}
-
-/// A velocity and its acceleration.
-struct Rates {
-    velocity: Vec<f64>,
-    acceleration: Vec<f64>,
-    /// The cut-off of their smoothing, Hz.
-    cut_off: f64,
 }
 
 impl IdentifiedCurve {
@@ -174,22 +167,6 @@ impl JointMotion<'_> {
         let others: Vec<_> = self.velocity.map(|v| ("velocity", v)).into_iter().collect();
         checks::usable(self.position.len(), &angles, &others, self.sample_time)?;
         checks::load(self.load, self.position.len())
-    }
-}
-
-impl Rates {
-    /// Of a position; the velocity is derived from it if it was not measured.
-    fn new(position: &[f64], measured: Option<&[f64]>, step: f64) -> Rates {
-        let cut_off = Noise::of(position, step).cut_off();
-        let velocity = match measured {
-            Some(velocity) => velocity.to_vec(),
-            None => Reflected::new(position, step).velocity(cut_off),
-        };
-        Rates {
-            acceleration: Reflected::new(&velocity, step).velocity(cut_off),
-            velocity,
-            cut_off,
-        }
     }
 }
 

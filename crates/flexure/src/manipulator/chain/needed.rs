@@ -9,6 +9,7 @@ use super::drives::DrivenChain;
 use super::model::Base;
 use crate::error::{Error, Result};
 use crate::manipulator::Stiffness;
+use crate::record::check_values;
 
 /// The sampled motion of a joint.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -36,7 +37,7 @@ impl DrivenChain {
     /// The motors' velocities and accelerations are central differences of the deflections, so samples are to be close.
     ///
     /// # Errors
-    /// [`Error::Data`] for paths that are not those of all joints, or not equally long; [`Error::Parameter`] for a free base, a passive joint, rotors that act on their carriers, and a
+    /// [`Error::Data`] for paths that are not those of all joints, not equally long, or not finite; [`Error::Parameter`] for a free base, a passive joint, rotors that act on their carriers, and a
     /// torque that a softening spring cannot hold.
     ///
     /// ```
@@ -108,6 +109,7 @@ impl DrivenChain {
                 if column.len() != samples {
                     return Err(Error::length(joint, column.len(), samples));
                 }
+                check_values(joint, column)?;
             }
         }
         Ok(())
