@@ -135,7 +135,7 @@ fn columns_may_have_the_names_of_the_joints_and_wrong_torques_are_said() {
         said.starts_with("1 of 1 axes identified, each as a joint of six-joint-arm"),
         "{said}"
     );
-    let counts = said.split("fits best if it counts ").nth(1).unwrap();
+    let counts = said.split("the other joints fit best with ").nth(1).unwrap();
     let factor: f64 = counts.split(' ').next().unwrap().parse().unwrap();
     assert!((factor - 1.25).abs() < 0.05, "{said}");
     assert!(!said.contains(" holds"), "{said}");

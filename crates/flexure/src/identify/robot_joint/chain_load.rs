@@ -16,7 +16,7 @@ use super::limits::{CHAIN_ERRORS, LINKS_OFF, LOAD_OFF};
 use super::outcome::{ChainFit, Estimated};
 use super::rates::Rates;
 use super::smooth::Reflected;
-use crate::error::{Error, Result};
+use crate::error::{ArmError, Error, Result};
 use crate::manipulator::chain::{Base, Chain};
 
 impl ChainFit {
@@ -71,7 +71,7 @@ impl JointLoad {
     ///
     /// # Errors
     /// [`Error::Data`] for positions that cannot be used, or are not those of all joints; [`Error::Parameter`] for a sample time that is not
-    /// positive, or a base that floats.
+    /// positive; [`Error::Arm`] for a base that floats.
     ///
     /// ```
     /// use flexure::identify::robot_joint::JointLoad;
@@ -88,8 +88,10 @@ impl JointLoad {
     /// ```
     pub fn of_chain(chain: &Chain, positions: &[&[f64]], sample_time: f64) -> Result<Vec<JointLoad>> {
         if chain.base() == Base::Free {
-            let requirement = "0: the motion of a base that floats is not in the log of the joints";
-            return Err(Error::parameter("the number of floating bases", 1.0, requirement));
+            return Err(Error::Arm(ArmError::Undetermined {
+                part: "a floating base".to_owned(),
+                remedy: "give a chain on a fixed base",
+            }));
         }
         let joints = chain.joints();
         if positions.len() != joints.len() {

@@ -192,7 +192,7 @@ impl fmt::Display for Finding {
             ),
             Finding::LoadFactor { factor } => write!(
                 f,
-                "the load of the chain, gravity and the other joints, fits best if it counts {} times: check the masses of the chain, a load \
+                "gravity and the other joints fit best with {} times the torque that the chain's inertias give: check the masses of the chain, a load \
                  at its tip that it does not have, the direction of gravity, and the torque's unit and sign",
                 with_error(factor.value, factor.standard_error)
             ),

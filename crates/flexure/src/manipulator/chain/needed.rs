@@ -7,7 +7,7 @@
 use super::drive::Drive;
 use super::drives::DrivenChain;
 use super::model::Base;
-use crate::error::{Error, Result};
+use crate::error::{ArmError, Error, Result};
 use crate::manipulator::Stiffness;
 use crate::record::check_values;
 
@@ -37,8 +37,8 @@ impl DrivenChain {
     /// The motors' velocities and accelerations are central differences of the deflections, so samples are to be close.
     ///
     /// # Errors
-    /// [`Error::Data`] for paths that are not those of all joints, not equally long, or not finite; [`Error::Parameter`] for a free base, a passive joint, rotors that act on their carriers, and a
-    /// torque that a softening spring cannot hold.
+    /// [`Error::Data`] for paths that are not those of all joints, not equally long, or not finite; [`Error::Arm`] for a free base, a passive joint,
+    /// and rotors that act on their carriers; [`Error::Parameter`] for a torque that a softening spring cannot hold.
     ///
     /// ```
     /// use flexure::manipulator::chain::{Chain, ChainPreset, DrivenChain, JointPath, RotorCoupling};
@@ -77,20 +77,17 @@ impl DrivenChain {
 
     fn check_paths(&self, paths: &[JointPath]) -> Result<()> {
         let joints = self.chain().joints();
-        if self.chain().base() == Base::Free {
-            return Err(Error::parameter(
-                "the number of floating bases",
-                1.0,
-                "0: the base must not move",
-            ));
-        }
-        if self.drives.iter().any(|drive| drive.spin != 0.0) {
-            let requirement = "0: what rotors do to their carriers is not in the torques of one joint";
-            return Err(Error::parameter("the coupling of rotors", 1.0, requirement));
-        }
-        if let Some(passive) = self.passive().iter().position(|passive| *passive) {
-            let name = format!("the torque of the passive joint '{}'", joints[passive]);
-            return Err(Error::parameter(name, 0.0, "that of a motor: the joint has none"));
+        let passive = self.passive().iter().position(|passive| *passive);
+        let undetermined = if self.chain().base() == Base::Free {
+            Some(("a floating base".to_owned(), "give a chain on a fixed base"))
+        } else if self.drives.iter().any(|drive| drive.spin != 0.0) {
+            let remedy = "leave out the coupling of the rotors";
+            Some(("rotors that act on their carriers".to_owned(), remedy))
+        } else {
+            passive.map(|i| (format!("the passive joint '{}'", joints[i]), "give every joint a motor"))
+        };
+        if let Some((part, remedy)) = undetermined {
+            return Err(Error::Arm(ArmError::Undetermined { part, remedy }));
         }
         if paths.len() != joints.len() {
             return Err(Error::length("the paths of the joints", paths.len(), joints.len()));

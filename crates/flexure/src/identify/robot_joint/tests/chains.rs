@@ -260,5 +260,5 @@ fn positions_that_are_not_those_of_the_chain_are_refused() {
     let free = Chain::new(&ChainPreset::SpaceManipulator.parameters()).unwrap();
     let positions = vec![&log.positions[0][..]; 7];
     let error = JointLoad::of_chain(&free, &positions, SAMPLE).unwrap_err().to_string();
-    assert!(error.contains("floats"), "{error}");
+    assert!(error.contains("floating base"), "{error}");
 }
