@@ -86,11 +86,6 @@ impl Robot {
         }
     }
 
-    /// Whether a joint has a motor with an inertia, or friction.
-    pub fn has_drives(&self) -> bool {
-        self.chain.has_drives()
-    }
-
     /// The joint that an axis is: by its number, counted from 1, or its name.
     ///
     /// # Errors

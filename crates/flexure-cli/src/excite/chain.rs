@@ -62,7 +62,7 @@ pub fn run(arguments: &Arguments, robot: &Robot) -> Result<()> {
     }
     let mut lines = trial.summary();
     rehearsal.write(&mut lines);
-    if !trial.robot.has_drives() {
+    if !trial.robot.chain.has_drives() {
         lines.note("the chain has no drives: the torques are those of its links alone; lower --max-torque by what the drives' inertia and friction need");
     }
     lines.note("what the arm may hit is not checked: run the reference slowly first");

@@ -46,13 +46,13 @@ pub enum ArmError {
         /// What is wrong with it.
         problem: ChainProblem,
     },
-    /// The torques of a chain's joints do not follow from the motion of its joints.
-    #[error("the chain has {part}, so the motion of its joints does not determine their torques; {remedy}")]
-    Undetermined {
+    /// A chain has a part with which something cannot be done.
+    #[error("the chain has {part}: {why}")]
+    Unsuited {
         /// What it has.
         part: String,
-        /// What to do.
-        remedy: &'static str,
+        /// What cannot be done, and what to do.
+        why: &'static str,
     },
     /// The inertia beyond a joint of a chain is not positive.
     #[error("the inertia that joint '{joint}' moves is not positive; check the position and the links' inertias")]

@@ -88,9 +88,9 @@ impl JointLoad {
     /// ```
     pub fn of_chain(chain: &Chain, positions: &[&[f64]], sample_time: f64) -> Result<Vec<JointLoad>> {
         if chain.base() == Base::Free {
-            return Err(Error::Arm(ArmError::Undetermined {
+            return Err(Error::Arm(ArmError::Unsuited {
                 part: "a floating base".to_owned(),
-                remedy: "give a chain on a fixed base",
+                why: "the log of its joints does not have the base's motion; give a chain on a fixed base",
             }));
         }
         let joints = chain.joints();

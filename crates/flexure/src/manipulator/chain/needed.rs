@@ -78,16 +78,22 @@ impl DrivenChain {
     fn check_paths(&self, paths: &[JointPath]) -> Result<()> {
         let joints = self.chain().joints();
         let passive = self.passive().iter().position(|passive| *passive);
-        let undetermined = if self.chain().base() == Base::Free {
-            Some(("a floating base".to_owned(), "give a chain on a fixed base"))
+        let unsuited = if self.chain().base() == Base::Free {
+            let why = "the motion of the joints does not determine that of the base; give a chain on a fixed base";
+            Some(("a floating base".to_owned(), why))
         } else if self.drives.iter().any(|drive| drive.spin != 0.0) {
-            let remedy = "leave out the coupling of the rotors";
-            Some(("rotors that act on their carriers".to_owned(), remedy))
+            let why = "the torques here leave that out; choose no coupling of the rotors";
+            Some(("rotors that act on their carriers".to_owned(), why))
         } else {
-            passive.map(|i| (format!("the passive joint '{}'", joints[i]), "give every joint a motor"))
+            passive.map(|i| {
+                (
+                    format!("the passive joint '{}'", joints[i]),
+                    "it has no motor that could make it move so; give it one",
+                )
+            })
         };
-        if let Some((part, remedy)) = undetermined {
-            return Err(Error::Arm(ArmError::Undetermined { part, remedy }));
+        if let Some((part, why)) = unsuited {
+            return Err(Error::Arm(ArmError::Unsuited { part, why }));
         }
         if paths.len() != joints.len() {
             return Err(Error::length("the paths of the joints", paths.len(), joints.len()));

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use super::base_motion::BaseMotion;
 use super::drives::DrivenChain;
 use super::model::Base;
-use crate::error::{Error, Result};
+use crate::error::{ArmError, Error, Result};
 use crate::record::{Record, check_values};
 use crate::simulation::{Integration, Integrator, Sampling, Tolerances, run_held_in_time};
 
@@ -61,12 +61,10 @@ impl ChainSimulation {
             return Ok(());
         };
         if chain.chain().base() == Base::Free {
-            let requirement = "0: a base that floats moves by itself; make it fixed";
-            return Err(Error::parameter(
-                "the number of motions of a free base",
-                1.0,
-                requirement,
-            ));
+            return Err(Error::Arm(ArmError::Unsuited {
+                part: "a floating base".to_owned(),
+                why: "it moves by itself; make it fixed, or give no motion of the base",
+            }));
         }
         let (rows, step) = (self.sampling.rows(), self.sampling.sample_time());
         if motion.poses() != rows {
@@ -130,7 +128,7 @@ fn columns(chain: &DrivenChain, with_base: bool) -> Vec<String> {
 ///
 /// # Errors
 /// [`Error::Data`]: `LengthMismatch` or `NonFinite` for torques or an initial state that do not fit, [`Error::Parameter`] for a wrong
-/// tolerance or a motion of the base that does not fit, and [`Error::Simulation`].
+/// tolerance or a motion of the base that does not fit, [`Error::Arm`] for the motion of a floating base, and [`Error::Simulation`].
 ///
 /// ```
 /// use flexure::manipulator::chain::{Chain, ChainPreset, ChainSimulation, DrivenChain, RotorCoupling, simulate_chain};
