@@ -70,8 +70,8 @@ impl Robot {
             .map_or_else(|| shown_path(path), |name| name.to_string_lossy().into_owned());
         match file {
             ChainFile::Chain(chain) if chain.coupling() != RotorCoupling::None => bail!(
-                "{}: its rotors act on the links that carry them, which the equation of a single joint cannot tell; set rotors = \"none\": with high \
-                 gear ratios that is little",
+                "{}: its rotors act on the links that carry them, which the equation of a single joint leaves out; set rotors = \"none\". With high \
+                 gear ratios, the difference is small",
                 shown_path(path)
             ),
             ChainFile::Chain(chain) if chain.chain().base() == Base::Fixed => Ok(Robot { chain, name }),

@@ -275,6 +275,14 @@ pub fn capitalised(text: &str) -> String {
         .map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
+/// The text without a capital letter at the start, as it goes on after a colon.
+pub fn uncapitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters
+        .next()
+        .map_or(String::new(), |first| first.to_lowercase().chain(letters).collect())
+}
+
 /// A count with its noun.
 ///
 /// ```

@@ -213,8 +213,8 @@ fn too_heavy(robot: &Robot, centres: &[f64], limits: &[Extremes]) -> anyhow::Err
 
 /// A reference about zero that starts and stops at rest, as large as the limits of position and velocity allow.
 ///
-/// Harmonics of equal size in the position make the velocity large, and their integral the position. The blend of both that uses most of both
-/// limits is taken.
+/// A position with harmonics of equal size is fast, but does not go far. The integral of this signal is slow, and goes far. Of some blends of
+/// both, the one is taken that comes nearest to both limits.
 fn unit(arguments: &Arguments, joint: usize, rows: usize, limits: &Extremes) -> Result<JointPath> {
     let fast = signals::of_joint(rows, joint, arguments)?;
     let slow = integral(&fast);

@@ -3,7 +3,7 @@
 //! An axis that cannot be identified gets a row with its error; the others go on.
 
 use anyhow::{Result, bail};
-use flexure::text::readable;
+use flexure::text::{readable, uncapitalised};
 use flexure_report::data::{JointPage, Table};
 use serde_json::{Value, json};
 
@@ -268,7 +268,7 @@ impl Axis {
                 let row = found.row();
                 // What it does on another log has a line of its own.
                 let later_holds = found.trial.later.as_ref().is_none_or(Later::holds);
-                let why = (!row.holds && later_holds).then_some((Tone::Caution, row.why));
+                let why = (!row.holds && later_holds).then_some((Tone::Caution, uncapitalised(&row.why)));
                 let chain = found.joint.of_chain().map(|chain| (Tone::Plain, chain.text(units)));
                 why.into_iter().chain(chain).chain(notes).chain(later).collect()
             }

@@ -47,7 +47,7 @@ impl<'a> OfChain<'a> {
             ),
         };
         format!(
-            "joint '{}' of {}: gravity and the other joints have {} of the recorded {} (root mean square); {inertia}",
+            "joint '{}' of {}: gravity and the other joints make up {} of the recorded {} (root mean square); {inertia}",
             readable(&self.of.joint),
             self.of.chain,
             percent(self.share),

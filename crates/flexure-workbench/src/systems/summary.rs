@@ -6,7 +6,7 @@ use flexure::identify::result::{
 use flexure::identify::{Verdict, Warning};
 use flexure::linear::TransferFunction;
 use flexure::nonlinearity::Surface;
-use flexure::text::{capitalised, decimal, fit, number, with_error};
+use flexure::text::{capitalised, decimal, fit, number, uncapitalised, with_error};
 
 use super::comparison;
 use super::poles::{NONE, poles_text, roots_text};
@@ -176,13 +176,6 @@ pub fn tone(verdict: &Verdict) -> Tone {
 /// A way through the linear part of a loop: "input to output".
 pub fn way(part: &LoopPart) -> String {
     part.title.trim_start_matches("Linear part, ").to_owned()
-}
-
-pub fn uncapitalised(title: &str) -> String {
-    let mut letters = title.chars();
-    letters
-        .next()
-        .map_or(String::new(), |first| first.to_lowercase().chain(letters).collect())
 }
 
 /// A denominator that is smaller than this at zero frequency, relative to its coefficients, has a pole at 1.

@@ -8,7 +8,7 @@
 //!
 //! $L_i$ is known from the chain's inertias and the logged motion of all its joints. The drive's inertia $I_i$ and the friction $f_i$ are not in
 //! the chain; they are identified as those of a single joint are. The mean inertia stays in the equation, where its column is corrected for the
-//! encoder's noise; of the load, only the smoothed motion has noise.
+//! encoder's noise. The load is computed from the smoothed motion, and has only the noise of that.
 
 use super::checks;
 use super::finding::Finding;
