@@ -1,16 +1,14 @@
 //! Whether a record is the log of a robot's joint, and the command for it.
 
 use flexure::identify::robot_joint::{Extra, gear_ratio};
-use flexure::look::{Look, Relation};
-use flexure::text::{exact, number};
+use flexure::look::Look;
+use flexure::text::{self, exact, number};
 use flexure_io::RecordFile;
 
 use super::Request;
-use super::joint_trial::{Assumed, Failure, Joint, trial};
-use super::roles::{
-    Role, are_of_a_joint, is_force_constant, is_neutral, is_prismatic, is_torque, is_torque_constant, role,
-    role_with_unit,
-};
+use super::joint_columns::{Joint, integration, is_named, joints};
+use super::joint_trial::{Assumed, Failure, trial};
+use super::roles::{Role, is_force_constant, is_prismatic, is_torque, is_torque_constant, role};
 use super::suggestion::Suggestion;
 use crate::joints::{in_unit, written_ratio};
 use crate::text::quoted;
@@ -56,31 +54,39 @@ pub(super) fn suggestion(file: &RecordFile, request: &Request, look: &Look, samp
         let tried = if is_arm(&joints) { &joints[..] } else { &[first] };
         return Outcome::Fits(command(tried).suggestion(look, tried[0], sample_time));
     };
-    let mut reason = None;
+    // The first candidate that comes close, otherwise the first that can be identified.
+    let mut chosen: Option<(Joint, Command)> = None;
+    let mut reason: Option<Failure> = None;
+    // Why a flexible joint is passed over.
+    let mut against = None;
     for tried in candidates(&joints) {
-        let mut best: Option<(f64, Command)> = None;
-        for extra in extras(&tried) {
-            let command = command(&tried).with(extra);
-            if command.extra != extra {
-                continue;
+        let is_flexible = tried[0].motor.is_some();
+        match best(&tried, command, |assumed| trial(file, &middle, &tried, assumed, step)) {
+            Err(why) => {
+                against = is_flexible.then(|| why.text.clone()).or(against);
+                reason.get_or_insert(why);
             }
-            match trial(file, &middle, &tried, command.assumed(), step) {
-                Err(why) => _ = reason.get_or_insert(why),
-                Ok(fit) if best.as_ref().is_none_or(|(before, _)| fit > *before) => best = Some((fit, command)),
-                Ok(_) => {}
-            }
-            if best.as_ref().is_some_and(|(fit, _)| *fit > CLOSE) {
-                break;
+            Ok((fit, command)) => {
+                let is_close = fit > CLOSE;
+                if is_flexible {
+                    against = Some(format!("its simulated motion fits by only {}", text::fit(fit, 1)));
+                }
+                if is_close || chosen.is_none() {
+                    chosen = Some((tried[0], command));
+                }
+                if is_close {
+                    break;
+                }
             }
         }
-        if let Some((_, command)) = best {
-            let mut suggestion = command.suggestion(look, tried[0], sample_time);
-            let flexible = reason.filter(|_| first.motor.is_some());
-            suggestion
-                .notes
-                .extend(flexible.map(|why| format!("A flexible joint was tried, too: {}.", why.text)));
-            return Outcome::Fits(suggestion);
-        }
+    }
+    if let Some((tried, command)) = chosen {
+        let mut suggestion = command.suggestion(look, tried, sample_time);
+        let flexible = against.filter(|_| tried.motor.is_none());
+        suggestion
+            .notes
+            .extend(flexible.map(|why| format!("A flexible joint was tried, too: {why}.")));
+        return Outcome::Fits(suggestion);
     }
     // A part may show too little of the motion.
     if is_long && is_sure && !reason.as_ref().is_some_and(|why| why.is_too_fast) {
@@ -102,10 +108,29 @@ pub(super) fn suggestion(file: &RecordFile, request: &Request, look: &Look, samp
     }
 }
 
-/// Whether the names of its columns say that it is a joint.
-fn is_named(joint: &Joint) -> bool {
-    let is = |name: &str, wanted: &[Role]| role(name).is_some_and(|(role, _)| wanted.contains(&role));
-    is(joint.torque, &[Role::Torque]) && is(joint.position, &[Role::Position, Role::MotorPosition])
+/// The command for a candidate with what may act on it in addition to the torque, and its fit: the first that comes close, otherwise the closest.
+fn best<'a>(
+    tried: &[Joint],
+    command: impl Fn(&[Joint]) -> Command<'a>,
+    trial: impl Fn(Assumed) -> Result<f64, Failure>,
+) -> Result<(f64, Command<'a>), Failure> {
+    let mut best: Option<(f64, Command)> = None;
+    let mut reason = None;
+    for extra in extras(tried) {
+        let command = command(tried).with(extra);
+        if command.extra != extra {
+            continue;
+        }
+        match trial(command.assumed()) {
+            Err(why) => _ = reason.get_or_insert(why),
+            Ok(fit) if best.as_ref().is_none_or(|(before, _)| fit > *before) => best = Some((fit, command)),
+            Ok(_) => {}
+        }
+        if best.as_ref().is_some_and(|(fit, _)| *fit > CLOSE) {
+            break;
+        }
+    }
+    best.ok_or_else(|| reason.unwrap_or_default())
 }
 
 /// Two flexible joints are a two-link arm.
@@ -316,108 +341,4 @@ impl<'a> Command<'a> {
         suggestion.notes = self.notes;
         suggestion
     }
-}
-
-/// Whether the position of a joint was seen to integrate its torque.
-fn integration(look: &Look, joint: &Joint) -> bool {
-    let name = |i: usize| look.columns[i].name.as_str();
-    let positions = [Some(joint.position), joint.motor];
-    (look.integrations.iter()).any(|i| name(i.input) == joint.torque && positions.contains(&Some(name(i.output))))
-}
-
-/// The joints of a record: from the user's choice, then from names and units of the columns, then from a position that integrates a torque.
-fn joints<'a>(file: &RecordFile, request: &Request<'a>, look: &'a Look) -> Vec<Joint<'a>> {
-    let named = named_joints(file, look);
-    if !request.inputs.is_empty() || request.output.is_some() {
-        return given_joint(request, look, &named).into_iter().collect();
-    }
-    match named.is_empty() {
-        true => integrating_joint(look).into_iter().collect(),
-        false => named,
-    }
-}
-
-/// The joint that the user names: one of these, or one whose position integrates its torque.
-fn given_joint<'a>(request: &Request<'a>, look: &'a Look, named: &[Joint<'a>]) -> Option<Joint<'a>> {
-    let (&[torque], Some(position)) = (request.inputs, request.output) else {
-        return None;
-    };
-    let is_meant =
-        |joint: &&Joint| joint.torque == torque && [Some(joint.position), joint.motor].contains(&Some(position));
-    let joint = Joint {
-        torque,
-        position,
-        motor: None,
-    };
-    named
-        .iter()
-        .find(is_meant)
-        .copied()
-        .or_else(|| integration(look, &joint).then_some(joint))
-}
-
-/// The joints that the names and the units of the columns tell.
-fn named_joints<'a>(file: &RecordFile, look: &'a Look) -> Vec<Joint<'a>> {
-    let name = |i: usize| look.columns[i].name.as_str();
-    let by_unit = |i: usize| role_with_unit(name(i), file.unit(name(i)));
-    let is_signal = |i: &usize| Some(*i) != look.time && look.columns[*i].is_signal();
-    let signals: Vec<usize> = (0..look.columns.len()).filter(is_signal).collect();
-    let named = |wanted: Role, number: &str| {
-        let says = |i: &&usize| role(name(**i)) == Some((wanted, number));
-        let may_say = |i: &&usize| by_unit(**i) == Some((wanted, number));
-        let found = signals.iter().find(says).or_else(|| signals.iter().find(may_say));
-        found.map(|i| name(*i))
-    };
-    let torques = |role: &dyn Fn(usize) -> Option<(Role, &'a str)>| -> Vec<(&'a str, &'a str)> {
-        let of = |i: &usize| match role(*i) {
-            Some((Role::Torque, number)) => Some((name(*i), number)),
-            _ => None,
-        };
-        signals.iter().filter_map(of).collect()
-    };
-    let mut driving = torques(&|i| role(name(i)));
-    if driving.is_empty() {
-        driving = torques(&by_unit);
-    }
-    driving
-        .into_iter()
-        .filter_map(|(torque, number)| {
-            let (link, motor) = (named(Role::Position, number), named(Role::MotorPosition, number));
-            Some(Joint {
-                torque,
-                position: link.or(motor)?,
-                motor: link.and(motor),
-            })
-        })
-        // A force and a position may belong to any mechanism with a spring.
-        .filter(|joint| {
-            let have_units = are_of_a_joint(file.unit(joint.position), file.unit(joint.torque));
-            joint.motor.is_some() || is_torque(joint.torque) || have_units || integration(look, joint)
-        })
-        .collect()
-}
-
-/// The joint whose position integrates its torque best.
-fn integrating_joint(look: &Look) -> Option<Joint<'_>> {
-    let name = |i: usize| look.columns[i].name.as_str();
-    let moved = |i: &&flexure::look::Integration| {
-        let derivative = |k: &flexure::look::ColumnRelation| {
-            (k.column, k.of) == (i.input, i.output) && matches!(k.relation, Relation::Derivative { .. })
-        };
-        let says = |i: usize, wanted: &[Role]| {
-            is_neutral(name(i)) || role(name(i)).is_some_and(|(role, _)| wanted.contains(&role))
-        };
-        // A fluid level integrates a flow too, but is no joint.
-        let axis = says(i.input, &[Role::Torque]) && says(i.output, &[Role::Position, Role::MotorPosition]);
-        axis && !look.relations.iter().any(derivative)
-    };
-    let best = |a: &&flexure::look::Integration, b: &&flexure::look::Integration| {
-        a.found.explained.total_cmp(&b.found.explained)
-    };
-    let found = look.integrations.iter().filter(moved).max_by(best)?;
-    Some(Joint {
-        torque: name(found.input),
-        position: name(found.output),
-        motor: None,
-    })
 }

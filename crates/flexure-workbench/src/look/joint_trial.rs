@@ -8,19 +8,11 @@ use flexure::identify::robot_joint::{Estimated, Extra};
 use flexure::text::{shown_path, with_error};
 use flexure_io::RecordFile;
 
+use super::joint_columns::Joint;
 use crate::joints::{AxisLog, Log, Settings, identify, in_unit};
 
 /// Standard errors by which an inertia differs from zero.
 const CLEARLY: f64 = 3.0;
-
-/// The columns of a joint.
-#[derive(Clone, Copy)]
-pub(super) struct Joint<'a> {
-    pub torque: &'a str,
-    pub position: &'a str,
-    /// The motor's angle, if the joint also has an encoder before its gear.
-    pub motor: Option<&'a str>,
-}
 
 /// What is assumed of joints that are tried.
 #[derive(Clone, Copy)]

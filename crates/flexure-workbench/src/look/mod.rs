@@ -2,6 +2,7 @@
 
 mod findings;
 mod joint;
+mod joint_columns;
 mod joint_trial;
 mod page;
 mod preparations;
