@@ -117,7 +117,11 @@ impl Options {
             branches: self.branches,
             hammerstein: self.hammerstein()?,
         };
-        Ok(Task { structure, options })
+        Ok(Task {
+            structure,
+            options,
+            or_linear: false,
+        })
     }
 }
 

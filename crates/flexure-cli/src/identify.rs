@@ -46,7 +46,7 @@ pub struct Arguments {
     /// The output's column.
     #[arg(long, value_name = "COLUMN")]
     output: Option<String>,
-    /// The structure of the model. By default hammerstein, and auto for several inputs.
+    /// The structure of the model. By default hammerstein, or linear if that predicts clearly better; for several inputs, auto.
     #[arg(long, value_parser = arguments::structure())]
     structure: Option<&'static Structure>,
     /// The method for a Hammerstein model: refined unless an option of plain alone is given.
@@ -178,7 +178,13 @@ impl Arguments {
             hammerstein,
         };
         let structure = self.structure();
-        Ok((Task { structure, options }, note))
+        let or_linear = self.is_default() && structure.name == HAMMERSTEIN.name;
+        let task = Task {
+            structure,
+            options,
+            or_linear,
+        };
+        Ok((task, note))
     }
 
     /// Whether neither a structure nor a choice of one is given.
@@ -210,6 +216,7 @@ impl Arguments {
         (
             Task {
                 structure: linear,
+                or_linear: false,
                 ..task
             },
             Some(note),

@@ -94,9 +94,15 @@ impl Made<'_> {
         // Everything is made before anything is written.
         let mut files = Vec::new();
         if let Some(path) = &arguments.report {
+            let found = Task {
+                structure: Structure::by_name(identified.result.structure.key).unwrap_or(task.structure),
+                ..task.clone()
+            };
+            // What `auto` compares is on its page only.
+            let of_page = if task.or_linear { &found } else { task };
             let decoration = Decoration {
                 command: Some(this_command()),
-                python: arguments.python(file, columns, sample_time, task),
+                python: arguments.python(file, columns, sample_time, of_page),
                 arm: arguments.moving_arm(file, sample_time)?,
                 ..Decoration::default()
             };
@@ -143,7 +149,11 @@ fn next_command(arguments: &Arguments, identified: &Identified, is_default: bool
 pub fn by_name(structure: &str, file: &RecordFile, [input, output]: [&str; 2], sample_time: f64) -> Result<Identified> {
     let structure = Structure::by_name(structure).with_context(|| format!("there is no structure '{structure}'"))?;
     let options = Options::default();
-    let task = Task { structure, options };
+    let task = Task {
+        structure,
+        options,
+        or_linear: false,
+    };
     let columns = SystemColumns {
         inputs: &[input],
         output,

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use anyhow::Result;
 use flexure::Record;
-use flexure::identify::{Identification, Options, Request, Structure, Warning};
+use flexure::identify::{Identification, Options, Request, Structure, Warning, or_linear};
 use flexure::look::integrated_output;
 use flexure_io::{RecordFile, RecordMark};
 
@@ -20,6 +20,8 @@ pub struct Task {
     pub structure: &'static Structure,
     /// The choices.
     pub options: Options,
+    /// Whether linear dynamics may take the place of a Hammerstein system that does not hold.
+    pub or_linear: bool,
 }
 
 /// An identified system.
@@ -78,6 +80,10 @@ impl Task {
         };
         let request = Request::new(&records, inputs, output, self.options.clone());
         let result = self.structure.identify_with(&request, &mut |name| stage(name));
+        let result = result.and_then(|result| match self.or_linear {
+            true => or_linear(result, &request, &mut |name| stage(name)),
+            false => Ok(result),
+        });
         let result = result.map_err(|error| file.locate(named(error, file)))?;
         self.identified(file, &request, sample_time, result)
     }

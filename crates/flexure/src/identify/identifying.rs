@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use super::request::{Options, Progress, Request, Structure};
 use super::result::Identification;
-use super::{missing, needless, reaction, robust};
+use super::{missed_dynamics, missing, needless, reaction, robust};
 use crate::error::Result;
 use crate::record::Record;
 
@@ -32,6 +32,7 @@ impl Structure {
     pub fn identify_with(&self, request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
         let result = self.identify_robustly(request, progress)?;
         let result = reaction::after_reaction(self, request, result, progress)?;
+        let result = missed_dynamics::tested(self, result, request, progress)?;
         needless::warned(result, request)
     }
 

@@ -35,6 +35,7 @@ mod feedback;
 pub mod hammerstein;
 mod identifying;
 mod limits;
+mod missed_dynamics;
 mod missing;
 mod needless;
 mod outcome;
@@ -55,7 +56,7 @@ mod warning;
 pub(crate) use checks::few_levels;
 
 pub use crate::model::{FeedbackModel, NarxModel, NarxTerm, VolterraModel};
-pub use auto::{AUTO, Refutation, StructureCandidate, StructureComparison, Symptom};
+pub use auto::{AUTO, Refutation, StructureCandidate, StructureComparison, Symptom, or_linear};
 pub use feedback::FEEDBACK;
 pub use hammerstein::{
     Calibration, HAMMERSTEIN, HammersteinMethod, PhysicalForm, PlainHammerstein, RefinedHammerstein, RegressionLag,

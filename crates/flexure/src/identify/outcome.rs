@@ -204,6 +204,12 @@ impl Verdict {
         tests.find(|t| !t.kind.refutes() && !t.passed())
     }
 
+    /// Whether the error is more than negligible and coloured, and no test finds the input in it.
+    pub(super) fn may_miss_dynamics(&self) -> bool {
+        let is_judged = self.measures.fit_percent > 0.0 && self.hidden_by.is_none();
+        is_judged && self.colour().is_some() && self.refutation().is_none() && self.misfit_of(1.0) >= NEGLIGIBLE_MISFIT
+    }
+
     /// The shortest answer, printed after a fit: "holds", "does not hold exactly".
     pub fn in_short(&self) -> &'static str {
         match &self.residuals {

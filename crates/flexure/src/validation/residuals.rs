@@ -22,7 +22,7 @@
 
 use crate::distributions::normal_quantile;
 use crate::error::{Error, Result};
-use crate::linear::correlation::{cross_covariance, mean, variance};
+use crate::linear::correlation::{cross_covariance, mean, mean_square, variance};
 use crate::parallel;
 use crate::sort::order;
 
@@ -251,6 +251,33 @@ impl ResidualTests {
             tests,
             correlations: correlations(e, u, lags),
         })
+    }
+
+    /// Adds the test that `explained`, which a model without knowledge of these samples predicts of the residual `e`, has nothing to do with
+    /// it. `estimated` is that of the model that left the residual.
+    pub(crate) fn test_explanation(
+        &mut self,
+        kind: TestKind,
+        e: &[f64],
+        explained: &[f64],
+        estimated: Option<Estimated>,
+    ) {
+        let levels = self.tests.iter().filter(|t| t.kind.refutes()).map(|t| t.level);
+        let level = levels.fold(LEVEL, f64::min);
+        let test = independence(kind, &Regression::new(e), explained, 0, estimated, level);
+        let rest: Vec<f64> = e.iter().zip(explained).map(|(e, x)| e - x).collect();
+        let share = 1.0 - mean_square(&rest) / mean_square(e);
+        // What makes the residual larger explains nothing of it.
+        let nothing = ResidualTest {
+            statistic: 0.0,
+            p_value: 1.0,
+            ..test
+        };
+        let test = if share > 0.0 { test } else { nothing };
+        self.tests.push(ResidualTest {
+            effect: share.clamp(0.0, 1.0),
+            ..test
+        });
     }
 
     /// The test that refutes the model of the system, if there is one. If there are several, it is the one that explains the largest part

@@ -26,6 +26,8 @@ pub enum TestKind {
     CubedPredictionIndependence,
     /// Is the residual independent of nonlinear functions of the output's past?
     OutputFunctionIndependence,
+    /// Can no linear dynamics predict the residual from the input?
+    DynamicsOfInput,
 }
 
 impl TestKind {
@@ -40,6 +42,7 @@ impl TestKind {
             TestKind::SquaredPredictionIndependence => "its error depends on the squared prediction",
             TestKind::CubedPredictionIndependence => "its error depends on the cubed prediction",
             TestKind::OutputFunctionIndependence => "its error depends on functions of the output's past",
+            TestKind::DynamicsOfInput => "linear dynamics predict its error from the input",
         }
     }
 
@@ -54,6 +57,7 @@ impl TestKind {
             TestKind::SquaredPredictionIndependence => "residual independent of squared prediction",
             TestKind::CubedPredictionIndependence => "residual independent of cubed prediction",
             TestKind::OutputFunctionIndependence => "residual independent of functions of the output's past",
+            TestKind::DynamicsOfInput => "residual not predicted by linear dynamics",
         }
     }
 

@@ -36,6 +36,7 @@ mod symptoms;
 #[cfg(test)]
 mod tests;
 
+use super::LINEAR;
 use super::limits::FEWEST_SAMPLES;
 use super::registry::structures;
 use super::request::{Options, Progress, Rank, Request, Structure};
@@ -122,9 +123,72 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     Ok(compared(&samples, fitted, &others))
 }
 
+/// The result of a [`HAMMERSTEIN`](super::HAMMERSTEIN) identification of one record. If it does not hold, linear dynamics are identified too, and
+/// compared with it on the fresh part as by [`AUTO`]. If they predict significantly better, their result is returned, with the comparison.
+///
+/// This is for users who gave no structure: linear dynamics take little time, and often predict better if the system is none of the two.
+///
+/// # Errors
+/// Those of [`AUTO`].
+///
+/// ```
+/// use flexure::identify::{HAMMERSTEIN, Options, Request, or_linear};
+/// use flexure::linear::TransferFunction;
+/// use flexure::record::Record;
+/// use std::ops::ControlFlow;
+///
+/// // Five resonances: more poles than a Hammerstein model has.
+/// let mut random = rand_pcg::Pcg64::new(1, 1);
+/// let u: Vec<f64> = (0..3000).map(|_| rand::RngExt::random_range(&mut random, -1.0..1.0)).collect();
+/// let mut y = vec![0.0; 3000];
+/// for frequency in [0.03_f64, 0.09, 0.16, 0.27, 0.38] {
+///     let turn = std::f64::consts::TAU * frequency;
+///     let radius = (-0.01 * turn).exp();
+///     let mode = TransferFunction::new(vec![0.0, 1.0], vec![1.0, -2.0 * radius * turn.cos(), radius * radius])?;
+///     y.iter_mut().zip(mode.simulate(&u)).for_each(|(y, part)| *y += part + 0.3 * rand::RngExt::random_range(&mut random, -1.0..1.0));
+/// }
+/// let record = Record::new([("u", u), ("y", y)])?;
+/// let (records, go_on) = ([&record], &mut |_: &str| ControlFlow::Continue(()));
+/// let request = Request::new(&records, &["u"], "y", Options::default());
+/// let hammerstein = HAMMERSTEIN.identify_with(&request, go_on)?;
+/// let result = or_linear(hammerstein, &request, go_on)?;
+/// assert_eq!(result.structure.key, "linear");
+/// assert!(result.verdict.holds());
+/// # Ok::<(), flexure::Error>(())
+/// ```
+pub fn or_linear(
+    hammerstein: Identification,
+    request: &Request<'_>,
+    progress: &mut Progress<'_>,
+) -> Result<Identification> {
+    let can_be_compared = request.records.len() == 1 && !request.options.robust && !request.options.missing;
+    if hammerstein.verdict.holds() || !can_be_compared {
+        return Ok(hammerstein);
+    }
+    let stage = &mut |stage: &str| progress(&format!("{}, {stage}", LINEAR.name));
+    let linear = match LINEAR.identify_with(request, stage) {
+        Ok(linear) => linear,
+        Err(stopped @ Error::Stopped(_)) => return Err(stopped),
+        Err(_) => return Ok(hammerstein),
+    };
+    let samples = request.samples_at_least("a comparison of structures (besides the fresh part)", FEWEST_SAMPLES)?;
+    let others = Others {
+        not_asked_for: true,
+        ..Others::default()
+    };
+    let result = compared(&samples, vec![linear, hammerstein.clone()], &others);
+    let by_comparison = |r: &Refutation| matches!(r, Refutation::Comparison { .. });
+    let candidates = result.comparison.iter().flat_map(|c| &c.candidates);
+    let refuted = candidates.filter(|c| c.refuted_by.iter().any(by_comparison));
+    let is_worse = refuted.map(|c| c.structure).any(|s| s == hammerstein.structure);
+    Ok(if is_worse { result } else { hammerstein })
+}
+
 /// The titles of structures that are not among the candidates.
 #[derive(Default)]
 struct Others {
+    /// Whether other structures were not compared, as nobody asked for them.
+    not_asked_for: bool,
     /// Titles of structures that were not fitted because a simpler one holds.
     superfluous: Vec<&'static str>,
     too_few_samples: Vec<&'static str>,

@@ -102,7 +102,8 @@ fn not_fitted(others: &Others) -> Vec<String> {
     ];
     let left_out = left_out.into_iter().filter(|(titles, _)| !titles.is_empty());
     let left_out = left_out.map(|(titles, why)| format!("Not fitted, as {why}: {}.", titles.join(", ")));
-    simpler.chain(left_out).collect()
+    let only = (others.not_asked_for).then(|| "Only these two structures were compared.".to_owned());
+    simpler.chain(left_out).chain(only).collect()
 }
 
 /// The strongest evidence against a candidate: a comparison, otherwise the test that detects the largest share.

@@ -45,7 +45,7 @@ pub(super) use {
     cascade::{fit_nonlinearity, search, splits, without_start},
     changes::{greedy, linear_parts},
     delay::{delays, least_lag, linear_delays},
-    descent::{Minimum, Residuals, descend},
+    descent::{Minimum, Residuals, descend, descend_through},
     efficient::{efficient, matrix_product},
     equation_error::{EquationError, Judged},
     limits::{

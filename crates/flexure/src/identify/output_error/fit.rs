@@ -1,6 +1,9 @@
 //! The fit of a system with given orders.
 
-use super::super::block::{Minimum, Monitor, Rational, Residuals, Signals, StopRule, delayed, descend, efficient};
+use super::super::block::{
+    Minimum, Monitor, Rational, Residuals, Signals, StopRule, delayed, descend_through, efficient,
+};
+use super::high_order::HighOrder;
 use super::integrators::{differenced, trend};
 use super::limits::{PASSES, PASSES_SETTLED};
 use super::system::{LinearSystem, Orders, columns, impulse, lagged};
@@ -15,28 +18,40 @@ pub enum Criterion {
     FreeRun,
     /// The same after the autoregression that whitens it, if it is coloured noise (Box-Jenkins).
     Whitened,
+    /// The error of the free run through the polynomial that whitens the noise of a [system of high order](HighOrder).
+    Filtered,
     /// The error of the difference equation with measured past outputs.
     Equation,
 }
 
+/// What a fit starts from: the data, and more if there is more.
+#[derive(Clone, Copy, Default)]
+pub struct Start<'a> {
+    /// A system with as many poles, which are taken.
+    pub near: Option<&'a LinearSystem>,
+    /// The colour of the noise.
+    pub high_order: Option<&'a HighOrder>,
+}
+
 impl Criterion {
     /// The criteria for the choice of orders.
-    pub const CHOOSING: [Criterion; 2] = [Criterion::FreeRun, Criterion::Equation];
+    pub const CHOOSING: [Criterion; 3] = [Criterion::FreeRun, Criterion::Equation, Criterion::Filtered];
 
     pub fn name(self) -> &'static str {
         match self {
             Criterion::FreeRun => "output error",
             Criterion::Whitened => "output error, whitened",
+            Criterion::Filtered => "output error, filtered",
             Criterion::Equation => "equation error",
         }
     }
 
-    /// The fit of a system with these orders, started from `start` if there is one; `None` if there is no solution.
+    /// The fit of a system with these orders; `None` if there is no solution.
     pub fn fitted(
         self,
         orders: &Orders,
         data: &Signals,
-        start: Option<&LinearSystem>,
+        start: Start<'_>,
         rule: StopRule,
         monitor: &mut Monitor<'_>,
     ) -> Option<LinearSystem> {
@@ -46,11 +61,16 @@ impl Criterion {
                 let least = Criterion::FreeRun.fitted(orders, data, start, rule, monitor)?;
                 Some(whitened(&least, data, monitor).unwrap_or(least))
             }
+            Criterion::Filtered => {
+                let HighOrder { whitener, filtered } = start.high_order?;
+                let of_filtered = || with_poles(orders, iterated(orders, filtered)?.denominator, data);
+                let start = near(orders, data, start).or_else(of_filtered)?;
+                refined(start, whitener, data, rule, monitor)
+            }
             Criterion::FreeRun if orders.poles == 0 => with_poles(orders, Rational::pass(), data),
             Criterion::FreeRun => {
-                let of_start = start.and_then(|start| with_poles(orders, start.denominator.clone(), data));
-                let start = of_start.or_else(|| iterated(orders, data))?;
-                refined(start, data, rule, monitor)
+                let start = near(orders, data, start).or_else(|| iterated(orders, data))?;
+                refined(start, &[1.0], data, rule, monitor)
             }
         }
     }
@@ -93,10 +113,17 @@ fn errors(output: &[f64], data: &Signals) -> Vec<f64> {
     output.iter().zip(&data.y).map(|(p, y)| p - y).collect()
 }
 
-fn refined(start: LinearSystem, data: &Signals, rule: StopRule, monitor: &mut Monitor<'_>) -> Option<LinearSystem> {
+/// The least squares of the free run's error through a polynomial.
+fn refined(
+    start: LinearSystem,
+    filter: &[f64],
+    data: &Signals,
+    rule: StopRule,
+    monitor: &mut Monitor<'_>,
+) -> Option<LinearSystem> {
     let structure = &start;
     let problem = OutputError { data, structure };
-    let Minimum { parameters, .. } = descend(&problem, start.parameters(), rule, monitor)?;
+    let Minimum { parameters, .. } = descend_through(filter, &problem, start.parameters(), rule, monitor)?;
     Some(start.with(&parameters))
 }
 
@@ -105,6 +132,11 @@ pub fn whitened(system: &LinearSystem, data: &Signals, monitor: &mut Monitor<'_>
     let structure = system;
     let minimum = efficient(&OutputError { data, structure }, &system.parameters(), monitor)?;
     Some(system.with(&minimum.parameters))
+}
+
+/// The system with the poles of the start's, if it has one.
+fn near(orders: &Orders, data: &Signals, start: Start<'_>) -> Option<LinearSystem> {
+    with_poles(orders, start.near?.denominator.clone(), data)
 }
 
 /// The system with these poles and the least output error.
@@ -151,7 +183,7 @@ impl Equation {
 }
 
 /// The fit by the equation error; the offset and the initial state by the output error.
-fn equation_error(orders: &Orders, data: &Signals) -> Option<LinearSystem> {
+pub fn equation_error(orders: &Orders, data: &Signals) -> Option<LinearSystem> {
     let Equation {
         numerators,
         denominator,

@@ -4,8 +4,10 @@ use super::super::block::StopRule;
 
 /// Samples for the choice of orders and delays; the last fit takes all. They bound the time.
 pub const SEARCH_SAMPLES: usize = 5_000;
-/// The largest number of poles.
-pub const MOST_POLES: usize = 10;
+/// The largest number of poles that is always tried, and the largest of all: more are tried if the former is chosen, as for a structure with
+/// many resonances.
+pub const USUAL_POLES: usize = 10;
+pub const MOST_POLES: usize = 20;
 /// Samples for each parameter in the shortest fitted part. Convention.
 pub const SAMPLES_A_PARAMETER: usize = 4;
 /// The shares of the record that are fitted; the fit then predicts the rest.
@@ -15,6 +17,10 @@ pub const NEGLIGIBLE_ERROR: f64 = 1e-10;
 /// The held-back squared error of a simpler system may be larger by this factor. This was better than 1.05, 1.1 and no factor on the real
 /// records of `bench/records`.
 pub const TOLERATED_RATIO: f64 = 1.03;
+/// The same for the free run where the choice is by errors through the polynomial that whitens the noise. On 120 simulated systems, three
+/// quarters of them with coloured noise, the error of the dynamics was 1.9 % in the median with 1.25, 2.3 with 1.1, 3.0 with 1.03, and 4.3
+/// by the free run alone. On the real records of `bench/records`, the fit was the same on average.
+pub const TOLERATED_IN_NOISE: f64 = 1.25;
 /// Blocks for the comparison of two systems' held-back errors, and the standard errors from which one is worse: 1 % of the t distribution
 /// with that many degrees of freedom.
 pub const COMPARED_BLOCKS: usize = 20;
@@ -30,6 +36,13 @@ pub const TREND_SAMPLES: f64 = 1_000.0;
 /// Rounds of changes. They bound the time.
 pub const ROUNDS: usize = 3;
 
+/// The poles of the system of high order, and the samples for each of its parameters. Conventions.
+pub const HIGH_ORDER: usize = 30;
+pub const SAMPLES_OF_HIGH_ORDER: usize = 10;
+/// The fewest samples for such a system. Convention: of fewer, the colour of noise is hardly known.
+pub const FEWEST_OF_HIGH_ORDER: usize = 400;
+/// Noise is coloured if its variance is larger by this factor than what its past leaves. Convention: it bounds the time.
+pub const COLOURED: f64 = 2.0;
 /// Passes of the Steiglitz-McBride iteration.
 pub const PASSES: usize = 12;
 /// The last pass lowers the sum of squares by less than this share. Convention.

@@ -8,6 +8,7 @@
 //! | the system, its output and the columns of its derivatives | `system` |
 //! | poles at 1 | `integrators` |
 //! | its fit by the output error or by the equation error | `fit` |
+//! | the colour of the noise | `high_order` |
 //! | how well a fit to the first part of the record predicts the rest | `held_back` |
 //! | the choice of poles, delays and numerators by this | `search` |
 //! | standard errors of the coefficients | `errors` |
@@ -20,6 +21,7 @@
 mod errors;
 mod fit;
 mod held_back;
+mod high_order;
 mod integrators;
 mod limits;
 mod search;

@@ -2,17 +2,18 @@
 //!
 //! First all numbers of poles are tried, with the delays seen in the data, and with integrators if a pole is near 1. Then changes of one
 //! pole, delay or coefficient are tried until the choice stays the same. The choice is the system with the fewest parameters among those
-//! that are as good as the best.
+//! that are as good as the best. If the noise is coloured, it is filtered out of the comparison ([`HighOrder`]).
 
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, RangeInclusive};
 
 use super::super::block::{Monitor, Signals, Stage, StopRule, linear_delays};
 
-use super::fit::{Criterion, whitened};
+use super::fit::{Criterion, Start, whitened};
 use super::held_back::{HeldBack, fitted_samples};
+use super::high_order::HighOrder;
 use super::limits::{
     FIT, HELD_BACK, LAST, LONGEST_DECAY, MOST_INTEGRATORS, MOST_POLES, NEARLY_INTEGRATES, ROUNDS, SAMPLES_A_PARAMETER,
-    SEARCH_SAMPLES,
+    SEARCH_SAMPLES, TOLERATED_IN_NOISE, TOLERATED_RATIO, USUAL_POLES,
 };
 use super::system::{LinearSystem, Numerator, Orders, head};
 use crate::linear::{Complex, TransferFunction};
@@ -30,7 +31,7 @@ pub struct LinearCandidate {
 impl LinearCandidate {
     /// The RMS of the held-back errors, relative to the output's standard deviation.
     pub fn relative_error(&self) -> f64 {
-        (0.5 * self.held_back.score).exp()
+        (0.5 * self.held_back.plain.score).exp()
     }
 }
 
@@ -50,18 +51,28 @@ pub fn search(data: &Signals, monitor: &mut Monitor<'_>) -> Option<Search> {
     let data = head(data, usize::MAX);
     let part = head(&data, SEARCH_SAMPLES);
     monitor.stage = Stage::Structure;
-    let delays = linear_delays(&part);
+    let high_order = HighOrder::new(&part);
+    let delays = linear_delays(high_order.as_ref().map_or(&part, |system| &system.filtered));
+    let from_data = Start {
+        near: None,
+        high_order: high_order.as_ref(),
+    };
     let mut tried = Vec::new();
     for integrators in 0..=MOST_INTEGRATORS {
         if integrators > 0 && !tried.iter().any(nearly_integrates) {
             break;
         }
-        let starts = admissible(start_orders(&delays, integrators), &[], &part);
-        let jobs = starts
-            .into_iter()
-            .flat_map(|o| Criterion::CHOOSING.map(|c| (o.clone(), c)))
-            .collect();
-        tried.extend(self::tried(jobs, None, &part, monitor));
+        tried.extend(started(
+            start_orders(&delays, integrators, integrators..=USUAL_POLES),
+            from_data,
+            &part,
+            monitor,
+        ));
+    }
+    let most = chosen(&tried).map(|c| &c.orders).filter(|o| o.order() == USUAL_POLES);
+    if let Some(integrators) = most.map(|o| o.integrators) {
+        let more = start_orders(&delays, integrators, USUAL_POLES + 1..=MOST_POLES);
+        tried.extend(started(more, from_data, &part, monitor));
     }
     for _ in 0..ROUNDS {
         let Some(chosen) = chosen(&tried).cloned() else {
@@ -69,14 +80,18 @@ pub fn search(data: &Signals, monitor: &mut Monitor<'_>) -> Option<Search> {
         };
         let next = admissible(neighbours(&chosen.orders), &tried, &part);
         let jobs = next.into_iter().map(|o| (o, chosen.criterion)).collect();
-        let more = self::tried(jobs, Some(&chosen.system), &part, monitor);
+        let near = Start {
+            near: Some(&chosen.system),
+            ..from_data
+        };
+        let more = self::tried(jobs, near, &part, monitor);
         tried.extend(more);
         if self::chosen(&tried).is_none_or(|next| next.orders == chosen.orders) {
             break;
         }
     }
     monitor.stage = Stage::Refinement;
-    let chosen = polished(chosen(&tried)?, &part);
+    let chosen = polished(chosen(&tried)?, from_data, &part);
     let LinearCandidate {
         orders,
         criterion,
@@ -84,7 +99,16 @@ pub fn search(data: &Signals, monitor: &mut Monitor<'_>) -> Option<Search> {
         ..
     } = chosen;
     let last = match data.y.len() > part.y.len() {
-        true => criterion.fitted(&orders, &data, Some(&system), LAST, monitor)?,
+        true => criterion.fitted(
+            &orders,
+            &data,
+            Start {
+                near: Some(&system),
+                ..from_data
+            },
+            LAST,
+            monitor,
+        )?,
         false => system,
     };
     Some(Search {
@@ -100,8 +124,15 @@ fn nearly_integrates(candidate: &LinearCandidate) -> bool {
     poles.iter().any(|pole| (pole - 1.0).norm() < NEARLY_INTEGRATES)
 }
 
-/// All numbers of poles, with `integrators` of them at 1 and the delays seen in the data.
-fn start_orders(delays: &[usize], integrators: usize) -> Vec<Orders> {
+/// The candidates of these orders by every criterion, from the data alone.
+fn started(orders: Vec<Orders>, start: Start<'_>, part: &Signals, monitor: &mut Monitor<'_>) -> Vec<LinearCandidate> {
+    let of_all = |o: Orders| Criterion::CHOOSING.map(|c| (o.clone(), c));
+    let jobs = admissible(orders, &[], part).into_iter().flat_map(of_all).collect();
+    tried(jobs, start, part, monitor)
+}
+
+/// These numbers of poles, with `integrators` of them at 1 and the delays seen in the data.
+fn start_orders(delays: &[usize], integrators: usize, poles: RangeInclusive<usize>) -> Vec<Orders> {
     let with = |poles: usize, delays: &[usize]| Orders {
         poles: poles - integrators,
         integrators,
@@ -114,9 +145,9 @@ fn start_orders(delays: &[usize], integrators: usize) -> Vec<Orders> {
             .collect(),
     };
     let at_once = vec![0; delays.len()];
-    let mut all: Vec<Orders> = (integrators..=MOST_POLES).map(|poles| with(poles, delays)).collect();
+    let mut all: Vec<Orders> = poles.clone().map(|poles| with(poles, delays)).collect();
     if delays != at_once {
-        all.extend((integrators..=MOST_POLES).map(|poles| with(poles, &at_once)));
+        all.extend(poles.map(|poles| with(poles, &at_once)));
     }
     all
 }
@@ -172,18 +203,20 @@ fn admissible(orders: Vec<Orders>, before: &[LinearCandidate], data: &Signals) -
 /// The candidates of these orders; the fit starts from a system if that has as many poles.
 fn tried(
     mut jobs: Vec<(Orders, Criterion)>,
-    near: Option<&LinearSystem>,
+    start: Start<'_>,
     data: &Signals,
     monitor: &mut Monitor<'_>,
 ) -> Vec<LinearCandidate> {
     if !monitor.keep_on() {
         return Vec::new();
     }
-    // Without poles, both errors are the same.
+    // Without poles, all errors are the same. The noise of an output that integrates has no white colour.
     jobs.retain(|(o, criterion)| o.order() > 0 || *criterion == Criterion::FreeRun);
+    jobs.retain(|(o, criterion)| o.integrators == 0 || *criterion != Criterion::Filtered);
     let candidates = parallel::batch(&jobs, |(orders, criterion)| {
         let as_many = |o: &Orders| (o.poles, o.integrators) == (orders.poles, orders.integrators);
-        let start = near.filter(|system| as_many(&system.orders));
+        let near = start.near.filter(|system| as_many(&system.orders));
+        let start = Start { near, ..start };
         candidate(orders, *criterion, start, FIT, data)
     });
     candidates.into_iter().flatten().collect()
@@ -194,7 +227,7 @@ fn tried(
 fn candidate(
     orders: &Orders,
     criterion: Criterion,
-    start: Option<&LinearSystem>,
+    start: Start<'_>,
     rule: StopRule,
     data: &Signals,
 ) -> Option<LinearCandidate> {
@@ -206,7 +239,7 @@ fn candidate(
     if system.denominator.poles().iter().any(rings_on) || drifts_alone(&system, longest) {
         return None;
     }
-    let held_back = HeldBack::new(orders, criterion, &system, data, monitor)?;
+    let held_back = HeldBack::new(orders, criterion, &system, start, data, monitor)?;
     Some(LinearCandidate {
         orders: orders.clone(),
         criterion,
@@ -229,10 +262,19 @@ pub(super) fn drifts_alone(system: &LinearSystem, longest: f64) -> bool {
 
 /// The candidate after full minimisation, and whitened, unless it then predicts worse: in that case it follows effects that later samples
 /// do not have.
-fn polished(chosen: &LinearCandidate, data: &Signals) -> LinearCandidate {
+fn polished(chosen: &LinearCandidate, start: Start<'_>, data: &Signals) -> LinearCandidate {
     let further = |from: &LinearCandidate, criterion: Criterion| {
-        let last = candidate(&from.orders, criterion, Some(&from.system), LAST, data);
-        last.filter(|last| last.held_back.as_good_as(&from.held_back))
+        let last = candidate(
+            &from.orders,
+            criterion,
+            Start {
+                near: Some(&from.system),
+                ..start
+            },
+            LAST,
+            data,
+        );
+        last.filter(|last| last.held_back.plain.as_good_as(&from.held_back.plain, TOLERATED_RATIO))
     };
     let last = further(chosen, chosen.criterion).unwrap_or_else(|| chosen.clone());
     let mut go_on = |_: &str| ControlFlow::Continue(());
@@ -243,14 +285,25 @@ fn polished(chosen: &LinearCandidate, data: &Signals) -> LinearCandidate {
     further(&last, Criterion::Whitened).unwrap_or(last)
 }
 
-/// The candidate with the fewest parameters among those that are as good as the best.
+/// The candidate with the fewest parameters among those that are as good as the best. If the noise is coloured, they are compared by the
+/// filtered errors: the plain ones are mostly noise, and chance decides. But candidates with a clearly worse free run are left out.
 fn chosen(tried: &[LinearCandidate]) -> Option<&LinearCandidate> {
-    let score = |c: &LinearCandidate| c.held_back.score;
-    let best = tried.iter().min_by(|a, b| score(a).total_cmp(&score(b)))?;
-    let as_good = tried.iter().filter(|c| c.held_back.as_good_as(&best.held_back));
-    let simplest = as_good.min_by(|a, b| {
-        let parameters = |c: &LinearCandidate| c.orders.parameters();
-        parameters(a).cmp(&parameters(b)).then(score(a).total_cmp(&score(b)))
-    });
+    let plain = |c: &&LinearCandidate| c.held_back.plain.score;
+    let best = tried.iter().min_by(|a, b| plain(a).total_cmp(&plain(b)))?;
+    let tolerated = match best.held_back.filtered {
+        Some(_) => TOLERATED_IN_NOISE,
+        None => TOLERATED_RATIO,
+    };
+    let runs_well = |c: &&LinearCandidate| c.held_back.plain.as_good_as(&best.held_back.plain, tolerated);
+    let score = |c: &&LinearCandidate| c.held_back.deciding().score;
+    let good = || tried.iter().filter(runs_well);
+    let best = good().min_by(|a, b| score(a).total_cmp(&score(b))).unwrap_or(best);
+    let as_good = |c: &&LinearCandidate| {
+        let [errors, least] = [c, best].map(|c| c.held_back.deciding());
+        errors.as_good_as(least, TOLERATED_RATIO)
+    };
+    let parameters = |c: &LinearCandidate| c.orders.parameters();
+    let simplest = good().filter(as_good);
+    let simplest = simplest.min_by(|a, b| parameters(a).cmp(&parameters(b)).then(score(a).total_cmp(&score(b))));
     simplest.or(Some(best))
 }
