@@ -2,6 +2,8 @@
 
 mod common;
 
+use std::f64::consts::TAU;
+
 use common::{Folder, filter, interpolate, numbers};
 use flexure::linear::TransferFunction;
 use flexure::nonlinearity::{Curve, Outside};
@@ -10,7 +12,7 @@ use flexure_io::{read_record, write_record};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 const IDENTIFY: &str = "identify r.csv --input u --output y --structure wiener-hammerstein";
 
@@ -250,4 +252,41 @@ fn records_that_cannot_be_used_are_refused() {
     assert_eq!(outcome.code, Some(1));
     assert!(outcome.stderr.contains("column 'y' is constant"), "{outcome:?}");
     assert!(!folder.path("new.json").exists());
+}
+
+/// Six resonances have more poles than a Hammerstein model.
+#[test]
+fn without_a_structure_linear_dynamics_may_take_the_place_of_a_hammerstein_model() {
+    let folder = Folder::new();
+    let mode = |frequency: f64| {
+        let turn = TAU * frequency;
+        let radius = (-0.01 * turn).exp();
+        let a = vec![1.0, -2.0 * radius * turn.cos(), radius * radius];
+        Block::Linear(TransferFunction::new(vec![0.0, 0.1], a).unwrap())
+    };
+    let modes = Block::Parallel([0.03, 0.09, 0.16, 0.22, 0.29, 0.38].map(mode).to_vec());
+    write_of(&modes, &folder, "r.csv", 3000, 1);
+    let found = folder.json("identify r.csv --input u --output y -o model.json");
+    assert_eq!((&found["structure"], &found["holds"]), (&json!("linear"), &json!(true)));
+    let compared: Vec<_> = found["comparison"]["candidates"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|c| &c["structure"])
+        .collect();
+    assert_eq!(compared, ["linear", "hammerstein"]);
+    let text = folder.said("identify r.csv --input u --output y");
+    assert!(text.contains("Only these two structures were compared."), "{text}");
+    folder.done("validate model.json r.csv");
+    // What is asked for is done.
+    let found = folder.json("identify r.csv --input u --output y --structure hammerstein");
+    assert_eq!(
+        (&found["structure"], &found["holds"]),
+        (&json!("hammerstein"), &json!(false))
+    );
+    // A Hammerstein system is one.
+    folder.known("h.csv", 3000, 1);
+    let found = folder.json("identify h.csv --input u --output y");
+    assert_eq!(found["structure"], "hammerstein");
+    assert!(found["comparison"].is_null());
 }

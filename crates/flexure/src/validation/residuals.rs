@@ -33,7 +33,8 @@ use super::whiteness::whiteness_of;
 
 /// The probability that a true model is rejected, by a single test or by all tests together that can refute a model. Each of these has the
 /// level `LEVEL` divided by their number (Bonferroni). So none depends on the result of the others. Holm's procedure has the same joint
-/// answer: it rejects something exactly if the smallest p-value is below this share.
+/// answer: it rejects something exactly if the smallest p-value is below this share. The test of missed dynamics is made only if none of the
+/// others rejects, and has the same share in addition.
 ///
 /// The example `levels` measures it. If the error is the noise itself, the tests together reject in 0.60 to 1.30 % of the runs (n = 500,
 /// 1000 and 8000, white and coloured inputs and errors, 2000 runs each). If each had the level 1 %, at least one would reject in 5.6 to 7.7
