@@ -5,8 +5,9 @@
 
 A sum of one to five first-order parts and resonances behind three samples of delay; 600, 1500 or 4000 samples; the input white, slow (a pole
 at 0.9) or in steps of ten samples; noise of 10, 30 or 100 % of the output, white, slow (a pole at 0.9 or 0.98) or ringing. The error is that
-of the free run on the last quarter, which is not fitted, against the output without noise, in percent of that. It is printed beside that of SciPy's least squares
-with the true orders and delay, the true colour of the noise, and the true parameters as a start: no estimator knows as much.
+of the free run on the last quarter, which is not fitted, against the output without noise, in percent of that; a constant error does not
+count. It is printed beside that of SciPy's least squares with the true orders and delay, the true colour of the noise, and the true parameters
+as a start: no estimator knows as much.
 """
 
 import argparse

@@ -396,7 +396,8 @@ class ResidualTest:
     p_value: float
     """The probability of a larger value where the model holds."""
     level: float
-    """Its share of the joint level of 1 %: a fifth, for each of the five tests that can refute a model of one input."""
+    """Its share of the joint level of 1 %: a seventh, for each of the seven tests that can refute a model of one input, and for the test of missed
+    dynamics in addition."""
     effect: float
     """The size of the effect that it finds: the share of the error's variance that it explains, minus the share by chance."""
     passed: bool

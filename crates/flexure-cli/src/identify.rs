@@ -46,7 +46,8 @@ pub struct Arguments {
     /// The output's column.
     #[arg(long, value_name = "COLUMN")]
     output: Option<String>,
-    /// The structure of the model. By default hammerstein, or linear if that predicts clearly better; for several inputs, auto.
+    /// The structure of the model. By default auto for several inputs, and hammerstein for one: or linear, if a Hammerstein model does not hold
+    /// and linear dynamics predict clearly better.
     #[arg(long, value_parser = arguments::structure())]
     structure: Option<&'static Structure>,
     /// The method for a Hammerstein model: refined unless an option of plain alone is given.

@@ -290,3 +290,15 @@ fn without_a_structure_linear_dynamics_may_take_the_place_of_a_hammerstein_model
     assert_eq!(found["structure"], "hammerstein");
     assert!(found["comparison"].is_null());
 }
+
+/// A record that is too short for a comparison keeps its Hammerstein model.
+#[test]
+fn a_short_record_needs_no_comparison() {
+    let folder = Folder::new();
+    write(&folder, "r.csv", 180, 3);
+    let found = folder.json("identify r.csv --input u --output y");
+    assert_eq!(
+        (&found["structure"], &found["holds"]),
+        (&json!("hammerstein"), &json!(false))
+    );
+}

@@ -98,7 +98,7 @@ impl Made<'_> {
                 structure: Structure::by_name(identified.result.structure.key).unwrap_or(task.structure),
                 ..task.clone()
             };
-            // What `auto` compares is on its page only.
+            // The script on the page names the structure that was found.
             let of_page = if task.or_linear { &found } else { task };
             let decoration = Decoration {
                 command: Some(this_command()),

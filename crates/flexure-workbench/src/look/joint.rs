@@ -54,8 +54,8 @@ pub(super) fn suggestion(file: &RecordFile, request: &Request, look: &Look, samp
         let tried = if is_arm(&joints) { &joints[..] } else { &[first] };
         return Outcome::Fits(command(tried).suggestion(look, tried[0], sample_time));
     };
-    // The first candidate that comes close, otherwise the first that can be identified.
-    let mut chosen: Option<(Joint, Command)> = None;
+    // The first candidate that comes close, otherwise the closest.
+    let mut chosen: Option<(Joint, f64, Command)> = None;
     let mut reason: Option<Failure> = None;
     // Why a flexible joint is passed over.
     let mut against = None;
@@ -71,8 +71,8 @@ pub(super) fn suggestion(file: &RecordFile, request: &Request, look: &Look, samp
                 if is_flexible {
                     against = Some(format!("its simulated motion fits by only {}", text::fit(fit, 1)));
                 }
-                if is_close || chosen.is_none() {
-                    chosen = Some((tried[0], command));
+                if chosen.as_ref().is_none_or(|(_, before, _)| fit > *before) {
+                    chosen = Some((tried[0], fit, command));
                 }
                 if is_close {
                     break;
@@ -80,7 +80,7 @@ pub(super) fn suggestion(file: &RecordFile, request: &Request, look: &Look, samp
             }
         }
     }
-    if let Some((tried, command)) = chosen {
+    if let Some((tried, _, command)) = chosen {
         let mut suggestion = command.suggestion(look, tried, sample_time);
         let flexible = against.filter(|_| tried.motor.is_none());
         suggestion

@@ -20,7 +20,7 @@ pub struct Task {
     pub structure: &'static Structure,
     /// The choices.
     pub options: Options,
-    /// Whether linear dynamics may take the place of a Hammerstein system that does not hold.
+    /// Whether linear dynamics may take the place of a Hammerstein system that does not hold ([`or_linear`]). Not for records in parts.
     pub or_linear: bool,
 }
 

@@ -32,7 +32,7 @@ impl Structure {
     pub fn identify_with(&self, request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
         let result = self.identify_robustly(request, progress)?;
         let result = reaction::after_reaction(self, request, result, progress)?;
-        let result = missed_dynamics::tested(self, result, request, progress)?;
+        let result = missed_dynamics::tested(result, request, progress)?;
         needless::warned(result, request)
     }
 

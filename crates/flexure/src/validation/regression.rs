@@ -75,6 +75,12 @@ impl<'a> Regression<'a> {
         }
     }
 
+    /// The covariance of the whitened signal with `signal` through the same filter, times the number of samples.
+    pub fn covariance(&self, signal: &[f64]) -> f64 {
+        let signal = about_mean(&filtered(signal, &self.autoregression));
+        dot(&about_mean(&self.whitened), &signal)
+    }
+
     /// The part that a regression on lags 0 to `lags` of `w` and a constant explains.
     ///
     /// There must be more than two samples for each lag.

@@ -16,13 +16,16 @@
 //!
 //! - Missed memory, as of a nonlinearity in a loop: the same for e and functions of the output's past (`output_functions.rs`).
 //!
+//! - Missed dynamics, such as resonances that ring for longer than these lags: the same for e and what linear dynamics predict of it. They are
+//!   identified from the inputs to the error on other samples, so only an identification makes this test.
+//!
 //! A model with q parameters estimated from N samples also has its own error, in addition to the noise. On n fresh samples it adds up to q
 //! n/N noise variances to the statistic, and it depends on the input ([`Estimated`]). The limit of the test against the input allows for
 //! it. It hardly affects the other tests.
 
 use crate::distributions::normal_quantile;
 use crate::error::{Error, Result};
-use crate::linear::correlation::{cross_covariance, mean, mean_square, variance};
+use crate::linear::correlation::{cross_covariance, mean, variance};
 use crate::parallel;
 use crate::sort::order;
 
@@ -34,7 +37,8 @@ use super::whiteness::whiteness_of;
 /// The probability that a true model is rejected, by a single test or by all tests together that can refute a model. Each of these has the
 /// level `LEVEL` divided by their number (Bonferroni). So none depends on the result of the others. Holm's procedure has the same joint
 /// answer: it rejects something exactly if the smallest p-value is below this share. The test of missed dynamics is made only if none of the
-/// others rejects, and has the same share in addition.
+/// others rejects, and has the same share in addition. The levels below are without it. Alone, with its share of 0.14 %, it rejected 3 of 372
+/// Hammerstein models that were identified from 1000 and 4000 samples in coloured noise.
 ///
 /// The example `levels` measures it. If the error is the noise itself, the tests together reject in 0.60 to 1.30 % of the runs (n = 500,
 /// 1000 and 8000, white and coloured inputs and errors, 2000 runs each). If each had the level 1 %, at least one would reject in 5.6 to 7.7
@@ -265,20 +269,17 @@ impl ResidualTests {
     ) {
         let levels = self.tests.iter().filter(|t| t.kind.refutes()).map(|t| t.level);
         let level = levels.fold(LEVEL, f64::min);
-        let test = independence(kind, &Regression::new(e), explained, 0, estimated, level);
-        let rest: Vec<f64> = e.iter().zip(explained).map(|(e, x)| e - x).collect();
-        let share = 1.0 - mean_square(&rest) / mean_square(e);
-        // What makes the residual larger explains nothing of it.
+        let residual = Regression::new(e);
+        let test = independence(kind, &residual, explained, 0, estimated, level);
+        // A residual that falls where it should rise is not explained.
         let nothing = ResidualTest {
             statistic: 0.0,
             p_value: 1.0,
+            effect: 0.0,
             ..test
         };
-        let test = if share > 0.0 { test } else { nothing };
-        self.tests.push(ResidualTest {
-            effect: share.clamp(0.0, 1.0),
-            ..test
-        });
+        let is_explained = residual.covariance(explained) > 0.0;
+        self.tests.push(if is_explained { test } else { nothing });
     }
 
     /// The test that refutes the model of the system, if there is one. If there are several, it is the one that explains the largest part

@@ -83,9 +83,11 @@ pub const AUTO: Structure = Structure {
     identify,
 };
 
+/// The fit in errors about too few samples.
+const COMPARISON: &str = "a comparison of structures (besides the fresh part)";
+
 fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
-    let what = "a comparison of structures (besides the fresh part)";
-    let samples = request.samples_at_least(what, FEWEST_SAMPLES)?;
+    let samples = request.samples_at_least(COMPARISON, FEWEST_SAMPLES)?;
     let request = request.with_options(Options {
         missing: request.options.missing,
         ..Options::with_fresh_share(request.options.fresh_share)
@@ -126,10 +128,12 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
 /// The result of a [`HAMMERSTEIN`](super::HAMMERSTEIN) identification of one record. If it does not hold, linear dynamics are identified too, and
 /// compared with it on the fresh part as by [`AUTO`]. If they predict significantly better, their result is returned, with the comparison.
 ///
-/// This is for users who gave no structure: linear dynamics take little time, and often predict better if the system is none of the two.
+/// This is for users who gave no structure: linear dynamics take little time, and often predict better if the system is neither of the two. The
+/// result is unchanged for several records, with the options `robust` or `missing`, with fewer than 200 fitted samples, and if outliers hide
+/// whether it holds.
 ///
 /// # Errors
-/// Those of [`AUTO`].
+/// [`Error::Stopped`] if `progress` stopped it.
 ///
 /// ```
 /// use flexure::identify::{HAMMERSTEIN, Options, Request, or_linear};
@@ -161,17 +165,21 @@ pub fn or_linear(
     request: &Request<'_>,
     progress: &mut Progress<'_>,
 ) -> Result<Identification> {
+    let verdict = &hammerstein.verdict;
+    let is_judged = verdict.residuals.is_some() && verdict.hidden_by.is_none();
     let can_be_compared = request.records.len() == 1 && !request.options.robust && !request.options.missing;
-    if hammerstein.verdict.holds() || !can_be_compared {
+    if verdict.holds() || !is_judged || !can_be_compared {
         return Ok(hammerstein);
     }
+    let Ok(samples) = request.samples_at_least(COMPARISON, FEWEST_SAMPLES) else {
+        return Ok(hammerstein);
+    };
     let stage = &mut |stage: &str| progress(&format!("{}, {stage}", LINEAR.name));
     let linear = match LINEAR.identify_with(request, stage) {
         Ok(linear) => linear,
         Err(stopped @ Error::Stopped(_)) => return Err(stopped),
         Err(_) => return Ok(hammerstein),
     };
-    let samples = request.samples_at_least("a comparison of structures (besides the fresh part)", FEWEST_SAMPLES)?;
     let others = Others {
         not_asked_for: true,
         ..Others::default()

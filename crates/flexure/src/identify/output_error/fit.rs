@@ -6,7 +6,7 @@ use super::super::block::{
 use super::high_order::HighOrder;
 use super::integrators::{differenced, trend};
 use super::limits::{PASSES, PASSES_SETTLED};
-use super::system::{LinearSystem, Orders, columns, impulse, lagged};
+use super::system::{LinearSystem, Orders, columns, head, impulse, lagged};
 use crate::linear::least_squares::least_squares;
 use crate::linear::levenberg_marquardt::Linearisation;
 use crate::vectors::combined;
@@ -31,6 +31,15 @@ pub struct Start<'a> {
     pub near: Option<&'a LinearSystem>,
     /// The colour of the noise.
     pub high_order: Option<&'a HighOrder>,
+}
+
+impl<'a> Start<'a> {
+    pub fn near(self, system: &'a LinearSystem) -> Start<'a> {
+        Start {
+            near: Some(system),
+            ..self
+        }
+    }
 }
 
 impl Criterion {
@@ -63,7 +72,12 @@ impl Criterion {
             }
             Criterion::Filtered => {
                 let HighOrder { whitener, filtered } = start.high_order?;
-                let of_filtered = || with_poles(orders, iterated(orders, filtered)?.denominator, data);
+                let filtered = head(filtered, data.y.len());
+                let poles = || match orders.poles {
+                    0 => Some(Rational::pass()),
+                    _ => Some(iterated(orders, &filtered)?.denominator),
+                };
+                let of_filtered = || with_poles(orders, poles()?, data);
                 let start = near(orders, data, start).or_else(of_filtered)?;
                 refined(start, whitener, data, rule, monitor)
             }

@@ -29,7 +29,8 @@ pub fn fitted_samples(share: f64, samples: usize) -> usize {
 }
 
 impl HeldBack {
-    /// The errors of systems with the orders of `whole`, which is fitted to all samples from `start`; `None` if a part does not determine one.
+    /// The errors of systems with the orders of `whole`, which is fitted to all samples from `start`. So is the colour of the noise.
+    /// `None` if a part does not determine one.
     pub fn new(
         orders: &Orders,
         criterion: Criterion,
@@ -42,10 +43,7 @@ impl HeldBack {
         let mut filtered = start.high_order.map(|_| Errors::default());
         for (k, share) in HELD_BACK.into_iter().enumerate() {
             let fitted = fitted_samples(share, data.y.len());
-            let near = Start {
-                near: Some(whole),
-                ..start
-            };
+            let near = start.near(whole);
             let system = criterion.fitted(orders, &head(data, fitted), near, PART, monitor)?;
             let output = system.run(&data.u);
             let errors: Vec<f64> = output.iter().zip(&data.y).map(|(p, y)| p - y).collect();

@@ -6,14 +6,14 @@
 
 use super::super::block::{Signals, convolved};
 use super::fit::equation_error;
-use super::limits::{COLOURED, FEWEST_OF_HIGH_ORDER, HIGH_ORDER, SAMPLES_OF_HIGH_ORDER};
+use super::limits::{COLOUR_RATIO, FEWEST_OF_HIGH_ORDER, HIGH_ORDER, SAMPLES_OF_HIGH_ORDER};
 use super::system::{Numerator, Orders};
 use crate::linear::correlation::variance;
 
 pub struct HighOrder {
     /// The polynomial that whitens the noise; monic, in powers of the delay.
     pub whitener: Vec<f64>,
-    /// The signals through it.
+    /// The signals through it, for poles and delays.
     pub filtered: Signals,
 }
 
@@ -38,14 +38,17 @@ impl HighOrder {
         let noise: Vec<f64> = data.y.iter().zip(&output).map(|(y, x)| y - x).collect();
         let whitener = system.polynomial();
         let innovation = convolved(&whitener, &noise);
-        let is_coloured = variance(&noise[poles..]) > COLOURED * variance(&innovation[poles..]);
-        is_coloured.then(|| HighOrder {
-            filtered: Signals {
-                u: data.u.iter().map(|u| convolved(&whitener, u)).collect(),
-                y: convolved(&whitener, &data.y),
-                ..data.clone()
-            },
-            whitener,
-        })
+        let is_coloured = variance(&noise[poles..]) > COLOUR_RATIO * variance(&innovation[poles..]);
+        if !is_coloured {
+            return None;
+        }
+        // The first outputs of the filter lack earlier samples.
+        let settled = |signal: &[f64]| convolved(&whitener, signal)[poles..].to_vec();
+        let filtered = Signals {
+            u: data.u.iter().map(|u| settled(u)).collect(),
+            y: settled(&data.y),
+            ..data.clone()
+        };
+        Some(HighOrder { whitener, filtered })
     }
 }

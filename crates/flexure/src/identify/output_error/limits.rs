@@ -4,7 +4,7 @@ use super::super::block::StopRule;
 
 /// Samples for the choice of orders and delays; the last fit takes all. They bound the time.
 pub const SEARCH_SAMPLES: usize = 5_000;
-/// The largest number of poles that is always tried, and the largest of all: more are tried if the former is chosen, as for a structure with
+/// The largest number of poles that is always tried, and the largest of all: more are tried if the former is chosen, as for a machine with
 /// many resonances.
 pub const USUAL_POLES: usize = 10;
 pub const MOST_POLES: usize = 20;
@@ -36,13 +36,14 @@ pub const TREND_SAMPLES: f64 = 1_000.0;
 /// Rounds of changes. They bound the time.
 pub const ROUNDS: usize = 3;
 
-/// The poles of the system of high order, and the samples for each of its parameters. Conventions.
+/// The most poles of the system of high order, and the samples for each of its parameters: shorter records and more inputs have fewer poles.
+/// Conventions.
 pub const HIGH_ORDER: usize = 30;
 pub const SAMPLES_OF_HIGH_ORDER: usize = 10;
 /// The fewest samples for such a system. Convention: of fewer, the colour of noise is hardly known.
 pub const FEWEST_OF_HIGH_ORDER: usize = 400;
-/// Noise is coloured if its variance is larger by this factor than what its past leaves. Convention: it bounds the time.
-pub const COLOURED: f64 = 2.0;
+/// Noise is coloured if its variance is at least this many times that of its innovations. Convention: it bounds the time.
+pub const COLOUR_RATIO: f64 = 2.0;
 /// Passes of the Steiglitz-McBride iteration.
 pub const PASSES: usize = 12;
 /// The last pass lowers the sum of squares by less than this share. Convention.

@@ -80,10 +80,7 @@ pub fn search(data: &Signals, monitor: &mut Monitor<'_>) -> Option<Search> {
         };
         let next = admissible(neighbours(&chosen.orders), &tried, &part);
         let jobs = next.into_iter().map(|o| (o, chosen.criterion)).collect();
-        let near = Start {
-            near: Some(&chosen.system),
-            ..from_data
-        };
+        let near = from_data.near(&chosen.system);
         let more = self::tried(jobs, near, &part, monitor);
         tried.extend(more);
         if self::chosen(&tried).is_none_or(|next| next.orders == chosen.orders) {
@@ -99,16 +96,7 @@ pub fn search(data: &Signals, monitor: &mut Monitor<'_>) -> Option<Search> {
         ..
     } = chosen;
     let last = match data.y.len() > part.y.len() {
-        true => criterion.fitted(
-            &orders,
-            &data,
-            Start {
-                near: Some(&system),
-                ..from_data
-            },
-            LAST,
-            monitor,
-        )?,
+        true => criterion.fitted(&orders, &data, from_data.near(&system), LAST, monitor)?,
         false => system,
     };
     Some(Search {
@@ -210,8 +198,8 @@ fn tried(
     if !monitor.keep_on() {
         return Vec::new();
     }
-    // Without poles, all errors are the same. The noise of an output that integrates has no white colour.
-    jobs.retain(|(o, criterion)| o.order() > 0 || *criterion == Criterion::FreeRun);
+    // Without poles, the free run and the difference equation have the same error. The colour of the noise is known without integrators.
+    jobs.retain(|(o, criterion)| o.order() > 0 || *criterion != Criterion::Equation);
     jobs.retain(|(o, criterion)| o.integrators == 0 || *criterion != Criterion::Filtered);
     let candidates = parallel::batch(&jobs, |(orders, criterion)| {
         let as_many = |o: &Orders| (o.poles, o.integrators) == (orders.poles, orders.integrators);
@@ -264,16 +252,7 @@ pub(super) fn drifts_alone(system: &LinearSystem, longest: f64) -> bool {
 /// do not have.
 fn polished(chosen: &LinearCandidate, start: Start<'_>, data: &Signals) -> LinearCandidate {
     let further = |from: &LinearCandidate, criterion: Criterion| {
-        let last = candidate(
-            &from.orders,
-            criterion,
-            Start {
-                near: Some(&from.system),
-                ..start
-            },
-            LAST,
-            data,
-        );
+        let last = candidate(&from.orders, criterion, start.near(&from.system), LAST, data);
         last.filter(|last| last.held_back.plain.as_good_as(&from.held_back.plain, TOLERATED_RATIO))
     };
     let last = further(chosen, chosen.criterion).unwrap_or_else(|| chosen.clone());

@@ -178,7 +178,7 @@ fn a_system_without_enough_poles_is_not_as_good_and_one_with_too_many_is() {
     assert!(!as_good(&one, &two) && as_good(&three, &two) && as_good(&two, &three));
 }
 
-/// Slow noise as large as the output without it: of free runs that differ by a tenth of that, chance would decide.
+/// Slow noise as large as the output without it: chance would decide between free runs that differ by a tenth of that.
 #[test]
 fn slow_noise_does_not_choose_the_dynamics() {
     let (b, a) = (&[0.0, 0.0, 1.0, 0.5], &[1.0, -1.1, 0.5]);
@@ -196,8 +196,8 @@ fn slow_noise_does_not_choose_the_dynamics() {
         // The first samples have a state at the start, of which the noise decides.
         let missed: Vec<f64> = x.iter().zip(&run).skip(100).map(|(x, p)| x - p).collect();
         let missed = share(&missed, &x);
-        assert!(missed < 0.05, "seed {seed}: {missed}, {:?}", found.system.orders);
-        right += usize::from(found.system.orders == orders(2, &[(2, 2)]));
+        assert!(missed < 0.2, "seed {seed}: {missed}, {:?}", found.system.orders);
+        right += usize::from(found.system.orders == orders(2, &[(2, 2)]) && missed < 0.05);
     }
     assert!(right >= 3, "{right}");
 }
