@@ -145,7 +145,7 @@ mod tests {
         assert!(unseen >= 2, "{unseen}");
     }
 
-    /// Coloured noise is none: it rings, too, but not with the input.
+    /// Noise may ring too, but it does not depend on the input.
     #[test]
     fn ringing_noise_does_not_refute_a_model() {
         let mut tested = 0;

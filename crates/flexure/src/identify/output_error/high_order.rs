@@ -1,8 +1,8 @@
 //! The colour of the noise, from a system of high order.
 //!
-//! The difference equation of high order (ARX) has a white error for nearly any noise: its past outputs whiten the noise, and its past inputs
-//! and outputs together are the system (Zhu 2001, chapter 6). Signals through its denominator have white noise. There the iteration of
-//! Steiglitz and McBride finds the poles under noise of any colour, and least squares is efficient.
+//! A difference equation of high order (ARX) has a white error for nearly any noise (Zhu 2001, chapter 6). So a filter with the coefficients of its
+//! denominator makes the noise white. In the filtered signals, the iteration of Steiglitz and McBride finds the poles, and least squares is
+//! efficient.
 
 use super::super::block::{Signals, convolved};
 use super::fit::equation_error;
@@ -13,7 +13,7 @@ use crate::linear::correlation::variance;
 pub struct HighOrder {
     /// The polynomial that whitens the noise; monic, in powers of the delay.
     pub whitener: Vec<f64>,
-    /// The signals through it, for poles and delays.
+    /// The signals filtered by it, for poles and delays.
     pub filtered: Signals,
 }
 

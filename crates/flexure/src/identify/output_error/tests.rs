@@ -193,7 +193,7 @@ fn slow_noise_does_not_choose_the_dynamics() {
         let data = Signals::of_input(u, y, 0);
         let found = with_monitor(|monitor| search(&data, monitor)).unwrap();
         let run = found.system.run(&data.u);
-        // The first samples have a state at the start, of which the noise decides.
+        // The noise determines the state at the start, and so the first samples.
         let missed: Vec<f64> = x.iter().zip(&run).skip(100).map(|(x, p)| x - p).collect();
         let missed = share(&missed, &x);
         assert!(missed < 0.2, "seed {seed}: {missed}, {:?}", found.system.orders);
