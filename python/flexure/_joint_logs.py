@@ -23,7 +23,7 @@ class JointLog:
     torque: list[Array]
     """One array a joint."""
     position: list[Array]
-    """The position of a rigid axis, or the angles of links."""
+    """The position of a rigid axis, or the angles of links; none of a rigid axis whose only encoder is at its motor."""
     motor: list[Array]
     """The angles of the motors; none of a rigid axis."""
     velocity: Array | None
@@ -38,18 +38,19 @@ class JointLog:
         cls, torque: Any, position: Any, motor: Any, link: Any, velocity: Any, reference: Any, data: Any, dt: float | None
     ) -> JointLog:
         """From what a caller gave: arrays, or the names of columns of `data`."""
-        if (position is None) == (motor is None or link is None):
-            raise ParameterError("give the position of a rigid axis, or motor and link of a flexible joint")
+        if (position is None) == (motor is None) or (link is not None and motor is None):
+            raise ParameterError("give the position of a rigid axis, its motor's angle, or motor and link of a flexible joint")
         signals = {"torque": torque, "position": position, "motor": motor, "link": link, "velocity": velocity, "reference": reference}
         signals, step = _named(signals, data, times.given_step(dt))
         kind = "link" if signals["position"] is None else "position"
-        angles = _columns(signals[kind], kind)
+        angles = [] if signals[kind] is None else _columns(signals[kind], kind)
+        motors = [] if signals["motor"] is None else _columns(signals["motor"], "motor")
         return cls(
             _columns(signals["torque"], "torque"),
             angles,
-            [] if signals["motor"] is None else _columns(signals["motor"], "motor"),
+            motors,
             None if signals["velocity"] is None else samples(signals["velocity"], "velocity"),
-            _reference(signals["reference"], len(angles[0])),
+            _reference(signals["reference"], len((angles or motors)[0])),
             step,
         )
 

@@ -299,7 +299,7 @@ def identify_joint(
     kv: float | None = None,
     data: Any = None,
 ) -> Joint | TwoLinkArm:
-    """Identifies a joint: a rigid axis from `position`, a flexible joint from `motor` and `link`, a two-link arm from two each.
+    """Identifies a joint: a rigid axis from `position` or `motor`, a flexible joint from `motor` and `link`, a two-link arm from two each.
 
     Parameters
     ----------
@@ -308,11 +308,11 @@ def identify_joint(
     dt : float, optional
         The sample time, s; None: from a time index of `torque`, or from the times in `data`.
     position : array of shape (n,)
-        Of a rigid axis, rad (m).
+        Of a rigid axis, rad (m), behind its gear.
     motor, link : arrays of shape (n,), or (n, 2)
-        The angles of a flexible joint, rad; the motor's on the link's side, or see `gear_ratio`.
+        The angles of a flexible joint, rad; the motor's on the link's side, or see `gear_ratio`. A motor alone is that of a rigid axis.
     velocity : array of shape (n,), optional
-        Of a rigid axis, where it is logged.
+        Of a rigid axis, where it is logged; on the side of its position or motor.
     motor_inertia : float, optional
         Of a flexible joint, where it is known, kg m².
     gravity, spring : bool
@@ -324,7 +324,7 @@ def identify_joint(
     torque_constant : float
         Torque for each unit of `torque`.
     gear_ratio : float
-        Motor angles are divided by it, torques multiplied, so that all is seen from the link.
+        Angles of `motor` are divided by it, torques multiplied, so that all is seen from the link.
     reference : array of shape (n,), optional
         What a position controller of a rigid axis followed: ``motions`` then has the motion in its loop too, with ``torque = kv
         (kp (reference - position) - velocity)``, in the unit of `torque`.
@@ -364,11 +364,13 @@ def identify_joint(
     log = JointLog.of(torque, position, motor, link, velocity, reference, data, dt)
     if {reference is None, kp is None, kv is None} == {True, False}:
         raise ParameterError("a position loop has a reference, kp and kv; give all three, or none")
-    of_axis = {"velocity": velocity is not None, "reference": reference is not None}
-    for name, value in {**of_axis, "gravity": gravity, "spring": spring, "prismatic": prismatic}.items():
-        if value and position is None:
+    of_axis = {"velocity": velocity is not None, "gravity": gravity, "spring": spring, "prismatic": prismatic}
+    for name, value in {**of_axis, "reference": reference is not None}.items():
+        if value and link is not None:
             raise ParameterError(f"{name} is for a rigid axis, which has a position; a flexible joint has motor and link")
-    if motor_inertia is not None and position is not None:
+    if reference is not None and position is None:
+        raise ParameterError("reference is for a rigid axis with a position")
+    if motor_inertia is not None and link is None:
         raise ParameterError("motor_inertia is for a flexible joint; a rigid axis has one inertia")
     position_loop = None
     if log.reference is not None:

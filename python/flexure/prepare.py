@@ -88,7 +88,8 @@ def convert(frame: Any, units: Mapping[str, tuple[str, str]]) -> Any:
     frame
         A frame.
     units
-        By column, the unit it has and the one it is to have.
+        By column, the unit it has and the one it is to have. A unit may be divided by a number: ``("rev/4096", "rad")`` for an
+        encoder that counts 4096 in a revolution.
 
     Examples
     --------

@@ -34,7 +34,7 @@ struct Scale {
     motor: f64,
 }
 
-/// A log of these columns, one or two of each kind.
+/// A log of these columns, one or two of each kind; without a link, of a rigid axis at its motor.
 fn log(
     name: &str,
     torque: &[Column],
@@ -44,13 +44,16 @@ fn log(
     sample_time: f64,
     scale: Scale,
 ) -> Log {
-    let samples = |column: &Column| column.samples().to_vec();
+    let (link, motor, by) = match link {
+        [] => (motor, link, scale.motor),
+        _ => (link, motor, 1.0),
+    };
     let scaled = |column: &Column, by: f64| column.samples().iter().map(|v| v * by).collect();
     let axes = torque.iter().zip(link).enumerate().map(|(i, (torque, link))| AxisLog {
         torque: scaled(torque, scale.torque),
-        position: samples(link),
+        position: scaled(link, by),
         motor: motor.get(i).map(|motor| scaled(motor, scale.motor)),
-        velocity: velocity.map(samples),
+        velocity: velocity.map(|velocity| scaled(velocity, by)),
         load: None,
     });
     Log {
@@ -151,7 +154,11 @@ impl Joint {
         let session = Arc::clone(&self.0);
         let own = session.found.log();
         let own_motors = own.axes.iter().filter(|axis| axis.motor.is_some()).count();
-        if [torque.len(), link.len(), motor.len()] != [own.axes.len(), own.axes.len(), own_motors] {
+        let [links, motors] = match link.len() {
+            0 => [motor.len(), 0],
+            links => [links, motor.len()],
+        };
+        if [torque.len(), links, motors] != [own.axes.len(), own.axes.len(), own_motors] {
             return Err(ParameterError::new_err(
                 "the other log needs the columns of the one that was fitted: torque and position, or torque, motor and link",
             ));
@@ -195,8 +202,8 @@ impl Joint {
     }
 }
 
-/// Identifies a joint or an arm from the columns of its log, one or two of each kind. Without `motor` it is a rigid axis. The
-/// position loop is a reference, kp and kv.
+/// Identifies a joint or an arm from the columns of its log, one or two of each kind. Without `motor` it is a rigid axis, without
+/// `link` one at its motor. The position loop is a reference, kp and kv.
 #[pyfunction]
 #[pyo3(signature = (torque, link, motor, velocity, sample_time, *, motor_inertia=None, gravity=false, spring=false, prismatic=false, level=0.95, torque_constant=1.0, gear_ratio=1.0, position_loop=None))]
 #[expect(clippy::too_many_arguments, reason = "keywords on the other side")]
@@ -216,7 +223,10 @@ pub fn identify_joint(
     gear_ratio: f64,
     position_loop: Option<(Column, f64, f64)>,
 ) -> PyResult<Joint> {
-    let known = matches!((torque.len(), link.len(), motor.len()), (1, 1, 0 | 1) | (2, 2, 2));
+    let known = matches!(
+        (torque.len(), link.len(), motor.len()),
+        (1, 1, 0 | 1) | (1, 0, 1) | (2, 2, 2)
+    );
     if !known {
         return Err(ParameterError::new_err(
             "a two-link arm needs two columns each of motors, links and torques, a joint one",

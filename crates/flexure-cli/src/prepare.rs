@@ -41,7 +41,8 @@ pub struct Arguments {
     /// Keep the samples from number A to the one before B, counted from 0; either may be left out.
     #[arg(long, help_heading = STEPS, value_name = "A:B", value_parser = sample_range)]
     cut_samples: Option<[Option<usize>; 2]>,
-    /// Convert the unit of a column, for example q=rad; q=deg:rad where the file does not say its unit. May be given more than once.
+    /// Convert the unit of a column, for example q=rad; q=deg:rad where the file does not say its unit, q=rev/4096:rad for counts of an
+    /// encoder. May be given more than once.
     #[arg(long, help_heading = STEPS, value_name = "COLUMN=UNIT", value_parser = conversion)]
     convert: Vec<Conversion>,
     #[command(flatten)]

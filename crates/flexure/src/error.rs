@@ -154,7 +154,7 @@ pub enum DataError {
     },
     /// A signal that must vary does not in a part of the record.
     #[error(
-        "column '{column}' is constant ({}) at samples {first} to {last}, which are {purpose}; cut them off, or change the fresh share",
+        "column '{column}' is constant ({}) at samples {first} to {last}, which are {purpose}; cut them off, change the fresh share, or leave the column out if it is one of several inputs",
         exact(*.value)
     )]
     ConstantPart {

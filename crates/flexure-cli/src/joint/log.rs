@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashSet};
 use std::str::FromStr;
 
 use anyhow::{Result, bail};
-use flexure::text::shown_path;
+use flexure::text::{exact, shown_path};
 use flexure_io::RecordFile;
 use flexure_workbench::joints::{AxisLog, Log, in_unit};
 
@@ -222,6 +222,7 @@ impl Columns {
             Ok(samples.iter().map(|v| v * by).collect())
         };
         self.note_of_units(file, arguments)?;
+        self.note_of_gear(file, arguments.gear_ratio);
         note_of_counts(file, self.position.iter().chain(&self.motor), sample_time);
         let [angle, rate, effort] =
             [Quantity::Angle, Quantity::Rate, Quantity::Effort].map(|quantity| quantity.unit(self.prismatic));
@@ -234,7 +235,9 @@ impl Columns {
                 torque: scaled(&self.torque[i], effort, constant)?,
                 position: scaled(&self.position[i], angle, position_by)?,
                 motor: motor.map(|name| scaled(name, angle, before_gear)).transpose()?,
-                velocity: self.velocity.as_ref().map(|name| scaled(name, rate, 1.0)).transpose()?,
+                velocity: (self.velocity.as_ref())
+                    .map(|name| scaled(name, rate, position_by))
+                    .transpose()?,
                 load: None,
             });
         }
@@ -244,6 +247,21 @@ impl Columns {
             axes,
             columns: self.names(),
         })
+    }
+
+    /// Says of a rigid axis with a gear that its position is taken as the one behind the gear.
+    fn note_of_gear(&self, file: &RecordFile, gear_ratio: f64) {
+        if gear_ratio == 1.0 || self.at_motor || !self.motor.is_empty() {
+            return;
+        }
+        for position in &self.position {
+            print_note(&format!(
+                "note: {}: '{position}' is taken as the angle behind the gear and is not divided by {}; if it is the motor's, write --motor in \
+                 place of --position",
+                file.name(),
+                exact(gear_ratio)
+            ));
+        }
     }
 
     /// Says of torques in A or V that they are taken as torques.
@@ -292,7 +310,12 @@ impl Arguments {
     /// The sample time of these columns of a file, s.
     pub(super) fn sample_time_of(&self, file: &RecordFile, columns: &[&str]) -> Result<f64> {
         let path = shown_path(&file.path);
-        let resampled = |step: &str| format!("flexure prepare {} --resample {step} -o prepared.csv", quoted(&path));
+        // A file of its own: the other log of the joint must not overwrite it.
+        let out = quoted(&format!(
+            "{}-prepared.csv",
+            file.path.file_stem().unwrap_or_default().to_string_lossy()
+        ));
+        let resampled = |step: &str| format!("flexure prepare {} --resample {step} -o {out}", quoted(&path));
         let sample_time = self.reading.sample_time(file, self.sample_time, columns);
         match sample_time.map_err(|error| with_resampling(error, resampled))? {
             Some(sample_time) => Ok(sample_time),

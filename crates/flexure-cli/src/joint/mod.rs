@@ -62,17 +62,18 @@ pub struct Arguments {
     /// a bag, the default is the effort.
     #[arg(long, value_name = "COLUMN", required_unless_present = "joint")]
     torque: Option<String>,
-    /// The column of a rigid axis's position; not needed for a joint of a bag.
+    /// The column of a rigid axis's position, behind its gear; not needed for a joint of a bag.
     #[arg(long, value_name = "COLUMN", conflicts_with_all = ["motor", "link"], required_unless_present_any = ["motor", "joint"])]
     position: Option<String>,
-    /// The column of a flexible joint's motor angle, or of those of both joints: qm1,qm2.
-    #[arg(long, value_name = "COLUMN", requires = "link")]
+    /// The column of a flexible joint's motor angle, or of those of both joints: qm1,qm2. Without --link: that of a rigid axis whose only
+    /// encoder is at its motor.
+    #[arg(long, value_name = "COLUMN")]
     motor: Option<String>,
     /// The column of a flexible joint's link angle, or of those of both joints: q1,q2.
     #[arg(long, value_name = "COLUMN", requires = "motor")]
     link: Option<String>,
     /// The column of a rigid axis's velocity; by default it is derived from the position.
-    #[arg(long, value_name = "COLUMN", conflicts_with = "motor")]
+    #[arg(long, value_name = "COLUMN", conflicts_with = "link")]
     velocity: Option<String>,
     /// Identify several axes, each alone: 1..6, or 1,3, or names; {} in the names of columns stands for the axis. An axis
     /// without a column of its link's angle is taken as rigid, at its motor.
@@ -83,20 +84,20 @@ pub struct Arguments {
     /// Torque for each unit of the torque column: a number, or the name of a constant of a MAT file.
     #[arg(long, value_name = "K", default_value = "1", allow_hyphen_values = true, value_parser = log::number)]
     torque_constant: Number,
-    /// Gear ratio: motor angles are divided by it, torques multiplied, so that all is seen from the link.
+    /// Gear ratio: the angles (and velocities) of --motor are divided by it, torques multiplied, so that all is seen from the link.
     #[arg(long, value_name = "N", default_value = "1", value_parser = arguments::positive)]
     gear_ratio: f64,
     /// Sample time in s; by default that of the column of time.
     #[arg(long, value_name = "S", value_parser = arguments::positive)]
     sample_time: Option<f64>,
     /// The axis is prismatic: positions in m, forces in N.
-    #[arg(long, conflicts_with = "motor")]
+    #[arg(long, conflicts_with = "link")]
     prismatic: bool,
     /// Gravity acts on the axis: terms cos q and sin q.
-    #[arg(long, conflicts_with_all = ["motor", "prismatic"])]
+    #[arg(long, conflicts_with_all = ["link", "prismatic"])]
     gravity: bool,
     /// A spring acts on the axis: a term q.
-    #[arg(long, conflicts_with = "motor")]
+    #[arg(long, conflicts_with = "link")]
     spring: bool,
     /// Level of the confidence bands.
     #[arg(long, value_name = "LEVEL", default_value = "0.95", allow_hyphen_values = true, value_parser = arguments::level)]
@@ -119,13 +120,13 @@ pub struct Arguments {
     #[arg(long, value_name = "CURVE.csv")]
     friction: Option<PathBuf>,
     /// Write the curve of the friction at a flexible joint's motor here, where it is seen: .csv or .parquet.
-    #[arg(long, value_name = "CURVE.csv", requires = "motor", conflicts_with = "position")]
+    #[arg(long, value_name = "CURVE.csv", requires = "link", conflicts_with = "position")]
     motor_friction: Option<PathBuf>,
     /// The motor's inertia in kg m^2 on the link's side, where it is known; of a single flexible joint.
-    #[arg(long, value_name = "JM", requires = "motor", conflicts_with = "position", value_parser = arguments::positive)]
+    #[arg(long, value_name = "JM", requires = "link", conflicts_with = "position", value_parser = arguments::positive)]
     motor_inertia: Option<f64>,
     /// Write the stiffness curve here, as torque and as stiffness over the deflection: .csv or .parquet.
-    #[arg(long, value_name = "CURVE.csv", requires = "motor", conflicts_with = "position")]
+    #[arg(long, value_name = "CURVE.csv", requires = "link", conflicts_with = "position")]
     stiffness: Option<PathBuf>,
     /// Write the joint or arm as an arm file here, for `flexure simulate`; with a single joint, the other joint is locked. An arm
     /// file has no gravity and no spring. A constant torque on a rigid axis stands in a comment.
@@ -136,7 +137,7 @@ pub struct Arguments {
     arm_joint: u8,
     /// With --arm, take the links from this arm file. The moving link's moment of inertia becomes what was identified. For a
     /// two-link arm the lengths, the centres of mass and the mass of link 1 are taken.
-    #[arg(long, value_name = "ARM.toml", requires = "arm", conflicts_with = "position")]
+    #[arg(long, value_name = "ARM.toml", requires_all = ["arm", "link"])]
     template: Option<PathBuf>,
     /// Write a page that shows everything here.
     #[arg(long, value_name = "REPORT.html")]
@@ -316,14 +317,18 @@ impl Arguments {
 
     /// The names of columns.
     fn names(&self) -> Names {
+        let at_motor = self.motor.is_some() && self.link.is_none();
         Names {
             torque: self.torque().to_owned(),
-            position: self.position().map(str::to_owned),
-            motor: self.motor.clone(),
+            position: match at_motor {
+                true => self.motor.clone(),
+                false => self.position().map(str::to_owned),
+            },
+            motor: self.motor.clone().filter(|_| !at_motor),
             link: self.link.clone(),
             velocity: self.velocity.clone(),
             reference: self.reference.clone(),
-            at_motor: false,
+            at_motor,
             prismatic: self.prismatic,
         }
     }

@@ -155,6 +155,14 @@ fn candidates<'a>(joints: &[Joint<'a>]) -> Vec<Vec<Joint<'a>>> {
     flexible.into_iter().chain(rigid).map(|joint| vec![joint]).collect()
 }
 
+/// The option for the position of a rigid axis: an angle of its motor may be before a gear.
+fn option_of_position(name: &str) -> &'static str {
+    match role(name) {
+        Some((Role::MotorPosition, _)) => "--motor",
+        _ => "--position",
+    }
+}
+
 /// What may act on a rigid axis in addition to the torque: nothing, gravity or a spring.
 fn extras(joints: &[Joint]) -> Vec<Option<Extra>> {
     match joints[0].motor {
@@ -194,7 +202,7 @@ impl<'a> Command<'a> {
                 "--link".to_owned(),
                 position,
             ],
-            None => vec!["--position".to_owned(), position],
+            None => vec![option_of_position(first.position).to_owned(), position],
         };
         options.extend(["--torque".to_owned(), joined(|j| Some(j.torque.to_owned()))]);
         let named = |wanted: &dyn Fn(&str) -> bool| file.constants.iter().find(|c| wanted(&c.0));
@@ -325,6 +333,12 @@ impl<'a> Command<'a> {
             self.notes.push(format!(
                 "'{}' is a current: --torque-constant KT, in N m for each A, makes it a torque.",
                 joint.torque
+            ));
+        }
+        if joint.motor.is_none() && option_of_position(joint.position) == "--motor" {
+            self.notes.push(format!(
+                "'{}' is by its name the angle of a motor: where a gear follows it, add --gear-ratio N, and the result is that of the link.",
+                joint.position
             ));
         }
         if joint.motor.is_none() && !integrates && self.extra.is_none() {

@@ -9,6 +9,7 @@ use flexure_io::RecordFile;
 
 use super::Request;
 use super::joint;
+use super::joint_columns::joints;
 use super::joint_trial::Failure;
 use super::preparations::{
     PREPARED, Repair, are_wild, even_behind_stamps, even_spacing, even_stamps, with_outliers, without_dead_start,
@@ -216,23 +217,30 @@ fn at_once(repair: &Repair, file: &RecordFile, request: &Request, look: &Look) -
         return None;
     }
     let time = request.time.map(|(name, _)| name);
+    let sample_time = steps.resample.or(request.sample_time);
+    let request = &Request {
+        time: time.map(|name| (name, 1.0)),
+        ..*request
+    };
     let columns: Vec<&str> = (look.columns.iter().enumerate())
         .filter(|(i, column)| Some(*i) != look.time && column.is_signal())
         .map(|(_, column)| column.name.as_str())
         .collect();
+    let after = |steps: &Preparation| {
+        let (prepared, done) = steps.of_file(file, time, &columns).ok()?;
+        let after = flexure::look::look(&prepared.record, time, sample_time).ok()?;
+        Some((next(&prepared, request, &after, sample_time, look), done))
+    };
+    // A joint needs all samples of its position.
+    if !joints(file, request, look).is_empty() && matches!(after(steps)?.0, Ok(Some(Next::Other(_)))) {
+        return None;
+    }
     let output = signals(request, look).map(|signals| look.columns[signals.output].name.clone());
     let steps = Preparation {
         unfilled: output.into_iter().collect(),
         ..steps.clone()
     };
-    let (prepared, done) = steps.of_file(file, time, &columns).ok()?;
-    let request = Request {
-        time: time.map(|name| (name, 1.0)),
-        ..*request
-    };
-    let sample_time = steps.resample.or(request.sample_time);
-    let after = flexure::look::look(&prepared.record, time, sample_time).ok()?;
-    let Ok(Some(Next::Identify(suggestion, columns))) = next(&prepared, &request, &after, sample_time, look) else {
+    let (Ok(Some(Next::Identify(suggestion, columns))), done) = after(&steps)? else {
         return None;
     };
     let steps = steps.only_for(&columns).repeated().into_iter();

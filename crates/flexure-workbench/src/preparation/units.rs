@@ -141,13 +141,24 @@ fn plain(name: &str) -> String {
     name.chars().filter(dropped).map(changed).collect()
 }
 
-/// The unit of this name, and the units of the same quantity.
+/// The unit of this name, and the units of the same quantity. A unit may be divided by a number: rev/4096 is a count of an encoder.
 fn find(name: &str) -> Option<(Unit, &'static [Unit])> {
-    let plain = plain(name);
-    let is = |unit: &&Unit| unit.names.contains(&plain.as_str());
-    QUANTITIES
-        .iter()
-        .find_map(|units| Some((*units.iter().find(is)?, *units)))
+    let known = |name: &str| {
+        let plain = plain(name);
+        let is = |unit: &&Unit| unit.names.contains(&plain.as_str());
+        let found = QUANTITIES
+            .iter()
+            .find_map(|units| Some((*units.iter().find(is)?, *units)));
+        found
+    };
+    let divided = || {
+        let (name, divisor) = name.rsplit_once('/')?;
+        let divisor: f64 = divisor.trim().parse().ok().filter(|d| *d > 0.0 && f64::is_finite(*d))?;
+        let (whole, units) = known(name).filter(|(unit, _)| unit.offset == 0.0)?;
+        let denominator = whole.denominator * divisor;
+        Some((Unit { denominator, ..whole }, units))
+    };
+    known(name).or_else(divided)
 }
 
 fn names<'a>(units: impl IntoIterator<Item = &'a Unit>) -> String {
@@ -160,13 +171,15 @@ fn names<'a>(units: impl IntoIterator<Item = &'a Unit>) -> String {
 
 /// Converts a value from one unit to another.
 ///
+/// A unit may be divided by a number: `rev/4096` is a count of an encoder that counts 4096 in a revolution.
+///
 /// # Errors
 /// For a unit that is not known, with the list; for units of different quantities, with those that fit.
 pub fn conversion(from: &str, to: &str) -> Result<impl Fn(f64) -> f64> {
     let known = |name: &str| match find(name) {
         Some(found) => Ok(found),
         None => bail!(
-            "the unit {name} is not known; the units are: {}",
+            "the unit {name} is not known; the units are: {}; or one of them divided by a number, such as rev/4096",
             names(QUANTITIES.iter().copied().flatten())
         ),
     };
@@ -213,6 +226,8 @@ mod tests {
             (20.0, "°C", "K", 293.15),
             (212.0, "°F", "°C", 100.0),
             (5.0, "µm", "mm", 0.005),
+            (1024.0, "rev/4096", "rad", PI / 2.0),
+            (30.0, "m/s/10", "m/s", 3.0),
         ] {
             let converted = convert(value, from, to);
             assert!(

@@ -1,7 +1,7 @@
 //! A column by itself: its range, missing samples, levels, standstill at an extreme, and outliers.
 
 use super::limits::{
-    FEWEST_SAMPLES, HELD, MOST_OUTLIERS, OUTLIER, OUTLIER_JUMP, OUTLIER_SIZE, ROUNDING, STOP_HELD, STOP_RATIO,
+    BROKEN, FEWEST_SAMPLES, HELD, MOST_OUTLIERS, OUTLIER, OUTLIER_JUMP, OUTLIER_SIZE, ROUNDING, STOP_HELD, STOP_RATIO,
     STOP_RUN, STOP_SHARE, STOP_STEPS,
 };
 use super::quantisation::Quantisation;
@@ -129,14 +129,18 @@ fn runs(samples: &[f64]) -> impl Iterator<Item = &[f64]> {
     samples.chunk_by(|a, b| a == b)
 }
 
-/// Whether the samples rise evenly, except for rounding.
+/// Whether the samples rise by the same step, except for rounding; where rows are lost, by multiples of it.
 fn counts(samples: &[f64]) -> bool {
-    let [first, .., last] = samples else {
+    let mut steps: Vec<f64> = samples.windows(2).map(|w| w[1] - w[0]).collect();
+    if steps.is_empty() || !steps.iter().all(|step| *step > 0.0) {
         return false;
-    };
-    let step = (last - first) / (samples.len() - 1) as f64;
+    }
+    let middle = steps.len() / 2;
+    let step = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let lost = |s: &&f64| (*s / step).round() != 1.0;
     // Printed instants have few digits.
-    step > 0.0 && samples.windows(2).all(|w| ((w[1] - w[0]) / step - 1.0).abs() < 0.1)
+    let is_multiple = |s: &f64| (s / step - (s / step).round()).abs() < 0.1;
+    steps.iter().all(is_multiple) && steps.iter().filter(lost).count() * BROKEN <= steps.len()
 }
 
 /// The standstill at an extreme of a column whose values, in increasing order, are `sorted`.

@@ -109,3 +109,5 @@ pub(super) const BESIDE_PAST: usize = 8;
 pub(super) const BESIDE_LAGS: usize = 8;
 /// The most samples in which further inputs are looked for. Convention: these show a coherence of a thousandth.
 pub(super) const BESIDE_SAMPLES: usize = 100_000;
+/// A column counts the samples even if one in so many of its steps is longer, where rows are lost. Convention.
+pub(super) const BROKEN: usize = 10;

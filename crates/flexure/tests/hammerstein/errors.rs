@@ -55,11 +55,11 @@ fn data() {
         ),
         (
             with_column("y", |y| y[300..].fill(2.0)),
-            "column 'y' is constant (2) at samples 300 to 399, which are kept for the verdict; cut them off, or change the fresh share",
+            "column 'y' is constant (2) at samples 300 to 399, which are kept for the verdict; cut them off, change the fresh share, or leave the column out if it is one of several inputs",
         ),
         (
             with_column("u", |u| u[..300].fill(2.0)),
-            "column 'u' is constant (2) at samples 0 to 299, which are used for the fit; cut them off, or change the fresh share",
+            "column 'u' is constant (2) at samples 0 to 299, which are used for the fit; cut them off, change the fresh share, or leave the column out if it is one of several inputs",
         ),
         (
             good(132),

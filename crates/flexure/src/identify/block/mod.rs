@@ -61,7 +61,7 @@ pub(super) use {
     signals::{Scale, Signals, convolved, delayed, standardised},
     spline::{Kink, KinkedSpline, Roughness, Tangent, thinned},
     sum::find_sum,
-    system::{FreeParts, System},
+    system::{Branch, FreeParts, System},
     uncertainty::{Band, Uncertainty, add_errors},
     units::{Blocks, Normalised, tabulated},
 };

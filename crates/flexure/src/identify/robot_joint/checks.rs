@@ -250,14 +250,18 @@ fn few_levels(tau: &[f64]) -> bool {
     2 * held > tau.len()
 }
 
-/// Whether an angle spans many turns, so that it may be in degrees.
-pub(super) fn in_degrees(angles: &[&[f64]]) -> Option<Finding> {
-    let span = |q: &&[f64]| {
+/// Whether an angle spans many turns, so that it may be in degrees or in counts of an encoder.
+pub(super) fn many_turns(angles: &[&[f64]]) -> Option<Finding> {
+    let span = |q: &[f64]| {
         let [low, high] = range(q);
         high - low
     };
-    let span = angles.iter().map(span).fold(0.0, f64::max);
-    (span > MOST_TURNS * std::f64::consts::TAU).then_some(Finding::ManyTurns { span })
+    let widest = angles.iter().copied().max_by(|a, b| span(a).total_cmp(&span(b)))?;
+    let finding = Finding::ManyTurns {
+        span: span(widest),
+        whole: widest.iter().all(|q| q.fract() == 0.0),
+    };
+    (span(widest) > MOST_TURNS * std::f64::consts::TAU).then_some(finding)
 }
 
 /// What is wrong with the motion: in one direction only, or too few reversals; velocities within `resolution` are rest.

@@ -98,6 +98,8 @@ pub enum Finding {
     ManyTurns {
         /// The range from its smallest to its largest value.
         span: f64,
+        /// Whether all its samples are whole numbers, as counts of an encoder are.
+        whole: bool,
     },
     /// The torque's samples are late.
     TorqueDelay {
@@ -120,6 +122,7 @@ impl Finding {
             Finding::DifferentAngles { .. } => Some("motor and link have angles of different scales"),
             Finding::OtherInertia { .. } => Some("the motion is simulated with another inertia"),
             Finding::LoadFactor { .. } | Finding::OtherLinks { .. } => Some("the log contradicts the chain's inertias"),
+            Finding::ManyTurns { whole: true, .. } => Some("an angle may be in counts of an encoder"),
             Finding::ManyTurns { .. } => Some("an angle may be in degrees"),
             _ => None,
         }
@@ -175,7 +178,13 @@ impl fmt::Display for Finding {
                 "the motor goes {ratio:.4} times as far as the link: both angles must be in rad, with the same sign, and on the same \
                  side of the gear; divide the motor's angle by the gear ratio, and multiply a torque of the motor's side by it"
             ),
-            Finding::ManyTurns { span } => write!(
+            Finding::ManyTurns { span, whole: true } => write!(
+                f,
+                "an angle goes through {} rad in whole numbers: if these are counts of an encoder, multiply them by 2 pi / (counts in a \
+                 revolution), or all inertias and stiffnesses come out too small by that",
+                tenths(span)
+            ),
+            Finding::ManyTurns { span, whole: false } => write!(
                 f,
                 "an angle goes through {} rad, {} turns: if it is logged in degrees, multiply it by pi / 180 = 0.017453, or all \
                  inertias and stiffnesses come out too small by that",

@@ -177,7 +177,7 @@ impl AxisParts<'_> {
                 .filter(|(effect, _)| !competing.contains(effect))
                 .map(|(effect, share)| Finding::Memory { effect, share }),
         );
-        findings.extend(checks::in_degrees(&[motion.motor, motion.link]));
+        findings.extend(checks::many_turns(&[motion.motor, motion.link]));
         findings
     }
 }

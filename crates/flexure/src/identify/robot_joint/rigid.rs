@@ -301,7 +301,7 @@ impl RigidJoint<'_> {
         }
         let fast = time_constant.filter(|time| *time > 0.0 && *time < SAMPLES_A_CONSTANT * step);
         findings.extend(fast.map(|time_constant| Finding::FastTimeConstant { time_constant, step }));
-        findings.extend(checks::in_degrees(&[self.position]));
+        findings.extend(checks::many_turns(&[self.position]));
         findings
     }
 }

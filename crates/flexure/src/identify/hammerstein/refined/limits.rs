@@ -1,6 +1,8 @@
 //! Every threshold of the refined method, with its source. A convention is a choice that no reference or measurement decided.
 //! "By the benchmark" means: chosen for the errors in `benches/refined.rs`, over its 8 nonlinearities, 2 linear parts and 4 inputs.
 
+use crate::identify::block::StopRule;
+
 /// The start: the most samples for the plain estimate. Convention; the start need not be exact.
 pub(super) const START_SAMPLES: usize = 40_000;
 /// Samples after the impulse response has settled that do not count at the start of an experiment. Convention.
@@ -35,6 +37,9 @@ pub(super) const SEEN_CORRELATION: f64 = 5.0;
 
 /// Output error: another start is tried if a free run leaves this share of the output's variance. Convention: noise at 10 dB.
 pub(super) const POOR: f64 = 0.1;
+/// Output error: samples and fits of the changes of a branch to the order and the delay that the user gave. Conventions.
+pub(super) const BRANCH_SAMPLES: usize = 5_000;
+pub(super) const BRANCH_CHANGE: StopRule = StopRule::new(12, 1e-4);
 
 /// Output error: a free run without whitening is better if its squared error is below this share of the first one's. Convention.
 pub(super) const HIDDEN: f64 = 0.9;

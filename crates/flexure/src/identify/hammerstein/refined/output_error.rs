@@ -1,24 +1,27 @@
 //! Another start, if the first one leads to a poor free run: the Hammerstein branch of least output error.
 //!
 //! Under a slow input, slow dynamics look like coloured noise: the autoregression that whitens the error then imitates the dynamics, and
-//! hardly anything is left for the linear part. This cannot happen with the output error. Its branch, with its order and delay, goes
-//! through the same steps as the plain start, without a noise model.
+//! hardly anything is left for the linear part. This cannot happen with the output error. Its branch, with its order and delay or those that
+//! the user gave, goes through the same steps as the plain start, without a noise model.
 
 use std::ops::{ControlFlow, Range};
 
-use super::super::super::block::{Monitor, Prepared, hammerstein_branches};
+use super::super::super::block::{
+    Branch, Candidate, Monitor, Prepared, Rational, Signals, System, hammerstein_branches, linear_parts,
+};
 use super::super::options::RefinedHammerstein;
 use super::alternation::{Alternation, Minimum, input_correlations, memory};
 use super::blocks::Observed;
 use super::cells::Cells;
 use super::experiments::Experiments;
-use super::limits::POOR;
+use super::limits::{BRANCH_CHANGE, BRANCH_SAMPLES, POOR};
 use super::linear_part::LinearPart;
+use crate::interrupt;
 use crate::linear::correlation::about_mean;
 
 impl RefinedHammerstein {
     /// The minimum from the branch of least output error, if `first` leaves much of the output unexplained and the other leaves less;
-    /// otherwise `first`. There is no search if the user has chosen order or delay.
+    /// otherwise `first`.
     pub(super) fn or_by_output_error(
         &self,
         first: Option<Minimum>,
@@ -27,9 +30,8 @@ impl RefinedHammerstein {
     ) -> Option<Minimum> {
         let longest = first.as_ref().map_or(0, |m| memory(&m.blocks.linear.transfer));
         let observed = Observed::new(all, longest);
-        let chosen = self.order.is_some() || self.delay.is_some();
         let poor = |m: &Minimum| m.blocks.unexplained(&observed) > POOR;
-        if chosen || !first.as_ref().is_none_or(poor) {
+        if !first.as_ref().is_none_or(poor) {
             return first;
         }
         let Some(other) = self.by_output_error(all, cells) else {
@@ -50,8 +52,10 @@ impl RefinedHammerstein {
         let longest = all.fitted_parts().into_iter().max_by_key(Range::len)?;
         let prepared = Prepared::new(&[&u[longest.clone()]], &all.y[longest]);
         let mut go_on = |_: &str| ControlFlow::Continue(());
-        let found = hammerstein_branches::find(&prepared.data, false, &mut Monitor::new(&mut go_on))?;
-        let branch = found.system.branches.first()?;
+        let monitor = &mut Monitor::new(&mut go_on);
+        let found = hammerstein_branches::find(&prepared.data, false, monitor)?;
+        let system = self.as_wanted(found.system, &prepared.data.head(BRANCH_SAMPLES), monitor)?;
+        let branch = system.branches.first()?;
         let transfer = branch.back.transfer_function(0).ok()?;
         let standardised = prepared.inputs.first()?.standardised(u);
         let curve = standardised
@@ -66,6 +70,37 @@ impl RefinedHammerstein {
             ..Alternation::new(cells, &method, &input, w, linear)
         };
         alternation.minimum(&mut Observed::new(all, memory(&transfer)))
+    }
+
+    /// The branch with the order and the delay that the user gave: changed step by step, each time to the best of the changes that come nearer.
+    fn as_wanted(&self, mut system: System, data: &Signals, monitor: &mut Monitor<'_>) -> Option<System> {
+        let distance = |g: &Rational, delay: usize| {
+            let order = self.order.map_or(0, |l| l.abs_diff(g.order()));
+            order + self.delay.map_or(0, |s| s.abs_diff(delay))
+        };
+        loop {
+            interrupt::check().ok()?;
+            let branch = system.branches.first()?;
+            let left = distance(&branch.back, branch.delay);
+            if left == 0 {
+                return Some(system);
+            }
+            let mut nearer = linear_parts(&branch.back, branch.delay);
+            // The only coefficient of a numerator cannot become part of the delay.
+            nearer.push((branch.back.clone(), branch.delay + 1));
+            nearer.retain(|(g, delay)| distance(g, *delay) < left);
+            let fitted = nearer.into_iter().map(|(back, delay)| {
+                let mut next = system.clone();
+                next.branches[0] = Branch {
+                    back,
+                    delay,
+                    ..branch.clone()
+                };
+                Candidate::new(next, data).fitted(data, BRANCH_CHANGE, monitor)
+            });
+            let best = fitted.min_by(|a, b| a.squares.total_cmp(&b.squares))?;
+            system = best.system;
+        }
     }
 }
 
