@@ -1,5 +1,8 @@
 //! The only file that names the linear-algebra crate.
 
+/// Columns of length 1 are dependent if less than this is left of one. Rounding.
+const DEPENDENT: f64 = 1e-13;
+
 /// A complex number.
 pub use nalgebra::Complex;
 use nalgebra::{ComplexField, DMatrix, DVector, DVectorViewMut, Dyn};
@@ -114,6 +117,33 @@ pub fn inverse_positive_definite(rows: &[f64], n: usize) -> Option<Vec<f64>> {
         .iter()
         .all(|v| v.is_finite())
         .then(|| inverse.as_slice().to_vec())
+}
+
+/// A factor F of $(J'J)^{-1} C'C (J'J)^{-1} = F F'$, row-major, for two matrices of equally many rows and of `columns` columns, given column by
+/// column.
+///
+/// It follows from the triangular factor R of J: J'J would square the condition number, and the product of its inverse with C'C could have
+/// negative variances. `None` if the columns are dependent to within rounding.
+pub fn covariance_factor(j: &[Vec<f64>], c: &[Vec<f64>]) -> Option<Vec<f64>> {
+    let (rows, columns) = (j.first()?.len(), j.len());
+    if rows < columns {
+        return None;
+    }
+    let norms: Vec<f64> = j.iter().map(|x| x.iter().map(|v| v * v).sum::<f64>().sqrt()).collect();
+    let scaled = |m: &[Vec<f64>]| DMatrix::from_fn(rows, columns, |i, k| m[k][i] / norms[k]);
+    let r = scaled(j).qr().r();
+    let colour = scaled(c).qr().r();
+    let largest = r.diagonal().amax();
+    if !r.diagonal().iter().all(|d| d.abs() > DEPENDENT * largest) {
+        return None;
+    }
+    // C R^-1 has no large condition number: both have nearly the same columns.
+    let whitened = r.tr_solve_upper_triangular(&colour.transpose())?.transpose().qr().r();
+    let factor = r.solve_upper_triangular(&whitened.transpose())?;
+    let entries: Vec<f64> = (0..columns * columns)
+        .map(|k| factor[(k / columns, k % columns)] / norms[k / columns])
+        .collect();
+    entries.iter().all(|v| v.is_finite()).then_some(entries)
 }
 
 /// The symmetric Toeplitz matrix with this first column.
@@ -242,6 +272,49 @@ mod tests {
         assert!(r.iter().any(|z| z.norm() == 0.0) && r.iter().any(|z| (z.re - 0.5).abs() < 1e-15));
         assert!(roots(&[3.0]).unwrap().is_empty());
         assert!(roots(&[f64::NAN, 1.0]).is_none());
+    }
+
+    /// Columns that are nearly dependent: the condition number is 1e9, and that of their inner products too large for rounding.
+    #[test]
+    fn the_covariance_of_nearly_dependent_columns() {
+        let rows = 40;
+        let x = |i: usize| i as f64 / rows as f64;
+        let column = |f: &dyn Fn(f64) -> f64| -> Vec<f64> { (0..rows).map(|i| f(x(i))).collect() };
+        let j = [
+            column(&|_| 1.0),
+            column(&f64::exp),
+            column(&|x| 1.0 + x.exp() + 1e-9 * (7.0 * x).sin()),
+        ];
+        // With C = J, J F has orthonormal columns.
+        let factor = covariance_factor(&j, &j).unwrap();
+        let product = |k: usize| -> Vec<f64> {
+            let entry = |i: usize| (0..3).map(|l| j[l][i] * factor[l * 3 + k]).sum();
+            (0..rows).map(entry).collect()
+        };
+        for a in 0..3 {
+            for b in 0..3 {
+                let inner: f64 = product(a).iter().zip(product(b)).map(|(p, q)| p * q).sum();
+                assert!((inner - f64::from(a == b)).abs() < 1e-5, "{a} {b}: {inner}");
+            }
+        }
+        assert!(covariance_factor(&[j[0].clone(), j[0].clone()], &j[..2]).is_none());
+    }
+
+    /// The same as by inner products, for columns that are far from dependent.
+    #[test]
+    fn the_covariance_of_coloured_columns() {
+        let column = |f: &dyn Fn(f64) -> f64| -> Vec<f64> { (0..30).map(|i| f(f64::from(i))).collect() };
+        let j = [column(&|_| 1.0), column(&|i| i)];
+        let c = [column(&|i| 1.0 + 0.3 * i.sin()), column(&|i| 2.0 * i - 1.0)];
+        let inner = |a: &[Vec<f64>; 2]| -> Vec<f64> {
+            let sum = |k: usize| a[k / 2].iter().zip(&a[k % 2]).map(|(p, q)| p * q).sum();
+            (0..4).map(sum).collect()
+        };
+        let inverse = Matrix::from_row_slice(2, 2, &inverse_positive_definite(&inner(&j), 2).unwrap());
+        let expected = &inverse * Matrix::from_row_slice(2, 2, &inner(&c)) * &inverse;
+        let factor = Matrix::from_row_slice(2, 2, &covariance_factor(&j, &c).unwrap());
+        let found = &factor * factor.transpose();
+        assert!((found - &expected).amax() < 1e-12 * expected.amax());
     }
 
     #[test]

@@ -3,11 +3,11 @@
 use super::super::block::{Signals, delayed, matrix_product};
 use super::integrators::{term_polynomial, with_integrators};
 use super::system::{LinearSystem, Orders, columns};
+use crate::linalg::covariance_factor;
 use crate::linear::TransferFunction;
 use crate::linear::autoregression::{SAMPLES_PER_COEFFICIENT, whitening};
-use crate::linear::least_squares::{UnitDiagonal, normal_equations};
 use crate::parallel;
-use crate::vectors::combined;
+use crate::vectors::{combined, dot};
 
 /// The covariance of the coefficients, as polynomials in the delay, row by row: first the numerators', input after input, then the
 /// denominator's after its leading 1. `None` if the samples do not determine them.
@@ -24,31 +24,29 @@ pub fn covariance(system: &LinearSystem, data: &Signals) -> Option<Vec<f64>> {
     let from = system.orders.first();
     let filter = whitening(&residuals[from..], SAMPLES_PER_COEFFICIENT);
     let colour = TransferFunction::monic(vec![1.0], filter[1..].to_vec());
-    let plain = normal_equations(&residuals, &jacobian, from);
-    let coloured = parallel::batch(&jacobian, |c| colour.simulate(c));
-    let coloured = normal_equations(&residuals, &coloured, from);
+    let coloured = parallel::batch(&jacobian, |c| colour.simulate(c)[from..].to_vec());
+    let plain: Vec<Vec<f64>> = jacobian.iter().map(|c| c[from..].to_vec()).collect();
     let white = TransferFunction::new(filter, vec![1.0])
         .ok()?
         .simulate(&residuals[from..]);
     let size = jacobian.len();
     let degrees = residuals.len().checked_sub(from + size).filter(|d| *d > 0)?;
     let variance = white.iter().map(|e| e * e).sum::<f64>() / degrees as f64;
-    let inverse = UnitDiagonal::new(&plain).inverse()?;
-    let half = matrix_product(&inverse, &coloured.normal, size);
-    let whole = matrix_product(&half, &inverse, size);
-    let numerators = system.orders.numerators();
-    let kept: Vec<usize> = (0..numerators).chain(size - system.orders.poles..size).collect();
-    let pairs = kept.iter().flat_map(|i| kept.iter().map(move |j| (i, j)));
-    let covariance: Vec<f64> = pairs.map(|(i, j)| variance * whole[i * size + j]).collect();
-    let covariance = of_polynomials(&system.orders, covariance);
-    covariance.iter().all(|c| c.is_finite()).then_some(covariance)
+    let factor = covariance_factor(&plain, &coloured)?;
+    let rows: Vec<&[f64]> = factor.chunks_exact(size).collect();
+    let kept = (0..system.orders.numerators()).chain(size - system.orders.poles..size);
+    let kept: Vec<f64> = kept.flat_map(|i| rows[i].iter().map(|v| variance.sqrt() * v)).collect();
+    let factor = of_polynomials(&system.orders, kept, size);
+    let rows: Vec<&[f64]> = factor.chunks_exact(size).collect();
+    let pairs = rows.iter().flat_map(|a| rows.iter().map(|b| dot(a, b)));
+    Some(pairs.collect())
 }
 
-/// The covariance of the coefficients of polynomials in the delay, with the integrators in the denominator.
-fn of_polynomials(orders: &Orders, covariance: Vec<f64>) -> Vec<f64> {
+/// The rows of a factor of `columns` columns for the coefficients of polynomials in the delay, with the integrators in the denominator.
+fn of_polynomials(orders: &Orders, factor: Vec<f64>, columns: usize) -> Vec<f64> {
     let d = orders.integrators;
     if d == 0 {
-        return covariance;
+        return factor;
     }
     // The contribution of each coefficient to all polynomials: the columns of the map.
     let size = orders.numerators() + orders.poles + d;
@@ -69,5 +67,6 @@ fn of_polynomials(orders: &Orders, covariance: Vec<f64>) -> Vec<f64> {
     let rows: Vec<f64> = (0..size * count)
         .map(|k| transposed[k % count * size + k / count])
         .collect();
-    matrix_product(&matrix_product(&rows, &covariance, count), &transposed, count)
+    debug_assert_eq!(factor.len(), count * columns);
+    matrix_product(&rows, &factor, count)
 }
