@@ -24,7 +24,12 @@ fn nearest(comparison: &StructureComparison) -> Option<String> {
         .iter()
         .find(|c| c.structure == comparison.chosen)?;
     let fit = chosen.fit_percent;
-    (fit > 0.0).then(|| format!("{} comes nearest, fit {fit:.1} %", comparison.chosen))
+    // A difference below a percent point needs no explanation.
+    let has_best_fit = comparison.candidates.iter().all(|c| c.fit_percent < fit + 1.0);
+    (fit > 0.0).then(|| match has_best_fit {
+        true => format!("{} comes nearest, fit {fit:.1} %", comparison.chosen),
+        false => format!("no other is significantly better than {}, fit {fit:.1} %", comparison.chosen),
+    })
 }
 
 /// The reservation about the chosen model if the data support no structure.

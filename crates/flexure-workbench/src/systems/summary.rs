@@ -202,12 +202,8 @@ pub fn linear_text(block: &LinearBlock, sample_time: Option<f64>) -> String {
         match block.delay() {
             0 => String::new(),
             1 => format!(" ({} s)", seconds(1)),
-            // Where an input is held, a sample shows it one step later even without a dead time.
-            delay => format!(
-                " ({} s; a dead time of {} to {0} s where the input is held)",
-                seconds(delay),
-                seconds(delay - 1)
-            ),
+            // A response that begins slowly is seen late, and a held input is seen a step late.
+            delay => format!(" ({} s; the dead time is at most that)", seconds(delay)),
         }
     });
     format!("order {}, delay {}{in_seconds}, {gain}", block.order(), block.delay())

@@ -224,6 +224,11 @@ impl Verdict {
         }
     }
 
+    /// Whether the model does not hold, not even nearly: its blocks then are not those of the system.
+    pub(super) fn misses_much(&self) -> bool {
+        self.is_refuted() && self.measures.r_squared < MOSTLY
+    }
+
     /// The answer as a heading.
     pub fn headline(&self) -> &'static str {
         match &self.residuals {
@@ -311,7 +316,8 @@ impl Verdict {
             }
             (false, true) => "The model holds: no residual test finds anything that it leaves unexplained.",
             (false, false) => {
-                "The model holds: its error is independent of the input. The error is correlated in time, as coloured noise is."
+                "The model holds: no test finds that its error depends on the input. The error is correlated in time: coloured noise, or a misfit \
+                 that the tests do not see."
             }
         }
     }

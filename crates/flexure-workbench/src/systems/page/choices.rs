@@ -62,7 +62,7 @@ fn fit_facts(identified: &Identified) -> Vec<Fact> {
 }
 
 /// The most poles that a tile lists.
-const MOST_POLES: usize = 6;
+const MOST_POLES: usize = 3;
 
 /// Poles and delay of the linear parts.
 fn linear_facts(identified: &Identified) -> Vec<Fact> {

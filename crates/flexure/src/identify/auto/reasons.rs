@@ -61,12 +61,11 @@ fn answer(candidates: &[StructureCandidate], judgement: &Judgement<'_>) -> Strin
             format!("The data support none of these structures: too few of them are fresh to test {name}.")
         }
         (false, None) => format!(
-            "The data support none of these structures. {name} is the simplest of those that predict best, but its error is large and not \
-             white: coloured noise, or something that all of them miss.",
-            name = capitalised(name.title)
+            "The data support none of these structures. No other predicts significantly better than {name}, but its error is large and \
+             not white: coloured noise, or something that all of them miss."
         ),
         (false, Some(_)) => format!(
-            "The data support none of these structures: {name} is the simplest of those that predict best, and a residual test refutes it."
+            "The data support none of these structures: no other predicts significantly better than {name}, and a residual test refutes it."
         ),
     }
 }

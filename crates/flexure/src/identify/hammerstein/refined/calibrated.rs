@@ -6,6 +6,7 @@
 
 use super::super::calibration::{Calibrated, Calibration, Uncalibrated};
 use super::super::delayed;
+use super::super::limits::GAIN_TAIL;
 use super::RefinedMinimum;
 use super::alternation::Minimum;
 use super::blocks::Blocks;
@@ -23,6 +24,7 @@ use crate::linear::TransferFunction;
 use crate::linear::least_squares::UnitDiagonal;
 use crate::nonlinearity::{Curve, Outside};
 use crate::quantiles::NORMAL_95;
+use crate::vectors::dot;
 
 /// Both blocks in the calibration's scale.
 pub(super) struct CalibratedBlocks {
@@ -131,20 +133,24 @@ impl Covariance {
         self.of(i, i).max(0.0).sqrt()
     }
 
-    /// The standard error of the static gain B(1)/A(1).
+    /// The standard error of the static gain B(1)/A(1) for a response $k_j$ whose absolute sum S is given: the scale of the blocks is free, and
+    /// if a poorly known coefficient fixes it, all others have large errors.
     fn of_static_gain(&self, blocks: &Blocks) -> f64 {
-        let (at, linear) = (blocks.layout(), &blocks.linear);
-        let sum_a = linear.transfer.a().iter().sum::<f64>();
-        let gain = linear.b().iter().sum::<f64>() / sum_a;
-        let slope = |i: usize| {
-            if at.b.contains(&i) { 1.0 / sum_a } else { -gain / sum_a }
+        let (at, linear) = (blocks.layout(), &blocks.linear.transfer);
+        let k = linear.impulse_response(linear.settling(GAIN_TAIL));
+        let all_pole = TransferFunction::monic(vec![1.0], linear.a()[1..].to_vec());
+        let by_b = all_pole.impulse_response(k.len());
+        let by_a = all_pole.simulate(&k);
+        let ratio = k.iter().sum::<f64>() / k.iter().map(|k| k.abs()).sum::<f64>();
+        // The derivative of the gain minus ratio S by each coefficient.
+        let weight: Vec<f64> = k.iter().map(|k| 1.0 - ratio * k.signum()).collect();
+        let slope = |i: usize| match at.b.contains(&i) {
+            true => dot(weight.get(i - at.b.start..).unwrap_or_default(), &by_b),
+            false => -dot(weight.get(i - at.a.start + 1..).unwrap_or_default(), &by_a),
         };
-        let mut variance = 0.0;
-        for i in at.b.start..at.a.end {
-            for j in at.b.start..at.a.end {
-                variance += slope(i) * slope(j) * self.of(i, j);
-            }
-        }
+        let slopes: Vec<(usize, f64)> = (at.b.start..at.a.end).map(|i| (i, slope(i))).collect();
+        let pairs = slopes.iter().flat_map(|p| slopes.iter().map(move |q| (p, q)));
+        let variance: f64 = pairs.map(|((i, p), (j, q))| p * q * self.of(*i, *j)).sum();
         variance.max(0.0).sqrt()
     }
 }

@@ -61,7 +61,7 @@ use crate::error::{Error, Result};
 use crate::identify::checks::{warn_if_useless, warn_of_range};
 use crate::identify::outcome::Verdict;
 use crate::identify::request::{Options, Request};
-use crate::identify::result::{BlockKind, Identification, LinearBlock, StaticBlock};
+use crate::identify::result::{BlockKind, Detail, Identification, LinearBlock, StaticBlock, Value};
 use crate::identify::run::{Run, path};
 use crate::identify::warning::Warning;
 use crate::interrupt;
@@ -240,7 +240,7 @@ impl RefinedHammerstein {
             hankel_singular_values: Vec::new(),
             scores: Vec::new(),
         });
-        let details = self.details(minimum, &order, &blocks)?;
+        let mut details = self.details(minimum, &order, &blocks)?;
         let mut curve = StaticBlock {
             band: blocks.band,
             band_label: "95 % pointwise, for this number of breakpoints",
@@ -257,6 +257,11 @@ impl RefinedHammerstein {
         let model = path.model(blocks.offset);
         let FreeRun { predicted, verdict } = judged(&model, all, minimum.parameters(), samples)?;
         warn_if_useless(&verdict, &mut warnings);
+        if self.form.is_none() && verdict.misses_much() {
+            // A form of what is no curve of the system would mislead.
+            details.retain(|detail| detail.key != "form");
+            details.push(Detail::new("form", Value::None));
+        }
         let run = Run {
             model,
             paths: vec![path],
