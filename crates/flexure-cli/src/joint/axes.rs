@@ -16,7 +16,7 @@ use crate::output::{print, print_result, this_command};
 use crate::progress::measured;
 
 /// What stands for the axis in the name of a column.
-const AXIS: &str = "{}";
+pub(super) const AXIS: &str = "{}";
 
 /// The names of the axes.
 #[derive(Debug, Clone)]
@@ -61,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let given = arguments.names();
     given.check_patterns()?;
     let robot = arguments.chain.robot()?;
-    let file = arguments.reading.read(&arguments.record)?;
+    let file = arguments.read(&arguments.record)?;
     let later = arguments.later_file()?;
     let chain = robot.map(|robot| AxesOfChain::new(robot, arguments.axis.as_ref(), &given, &file));
     let axes = arguments.axes(chain.as_ref())?;

@@ -1,6 +1,7 @@
 //! The columns of a joint's log, seen from the link.
 
 use std::collections::{BTreeMap, HashSet};
+use std::path::Path;
 use std::str::FromStr;
 
 use anyhow::{Result, bail};
@@ -9,9 +10,10 @@ use flexure_io::RecordFile;
 use flexure_workbench::joints::{AxisLog, Log, in_unit};
 
 use super::Arguments;
+use super::axes::AXIS;
 use super::counts::note_of_counts;
 use crate::arguments::Usage;
-use crate::output::{print_note, quoted};
+use crate::output::{print_note, this_command};
 use crate::reading::with_resampling;
 
 /// A number, or the name of one in the record.
@@ -307,16 +309,36 @@ impl Columns {
 }
 
 impl Arguments {
+    /// The file of another log of the joint.
+    pub(super) fn later_file(&self) -> Result<Option<RecordFile>> {
+        self.validate.as_deref().map(|path| self.read(path)).transpose()
+    }
+
+    /// The log at `path`, with the steps done to the columns in use.
+    pub(super) fn read(&self, path: &Path) -> Result<RecordFile> {
+        let file = self.source.reading.read(path)?;
+        if !self.source.prepares() {
+            return Ok(file);
+        }
+        let given = [self.position(), self.motor.as_deref(), self.link.as_deref()];
+        let others = [self.velocity.as_deref(), self.reference.as_deref()];
+        let given: Vec<&str> = given
+            .into_iter()
+            .chain(others)
+            .flatten()
+            .chain([self.torque()])
+            .collect();
+        let names = file.record.names().to_vec();
+        let used = |name: &&str| given.iter().any(|given| means(given, &file, name));
+        let columns: Vec<&str> = names.iter().map(String::as_str).filter(used).collect();
+        self.source.prepared(file, &columns, &[], None)
+    }
+
     /// The sample time of these columns of a file, s.
     pub(super) fn sample_time_of(&self, file: &RecordFile, columns: &[&str]) -> Result<f64> {
         let path = shown_path(&file.path);
-        // A file of its own: the other log of the joint must not overwrite it.
-        let out = quoted(&format!(
-            "{}-prepared.csv",
-            file.path.file_stem().unwrap_or_default().to_string_lossy()
-        ));
-        let resampled = |step: &str| format!("flexure prepare {} --resample {step} -o {out}", quoted(&path));
-        let sample_time = self.reading.sample_time(file, self.sample_time, columns);
+        let resampled = |step: &str| format!("{} --resample {step}", this_command());
+        let sample_time = self.source.reading.sample_time(file, self.sample_time, columns);
         match sample_time.map_err(|error| with_resampling(error, resampled))? {
             Some(sample_time) => Ok(sample_time),
             None => bail!(
@@ -325,6 +347,17 @@ impl Arguments {
             ),
         }
     }
+}
+
+/// Whether a text that names one column, two, or those of several axes means this column of a file.
+fn means(given: &str, file: &RecordFile, name: &str) -> bool {
+    let is_of_axis = |(before, after): (&str, &str)| {
+        let long_enough = name.len() > before.len() + after.len();
+        long_enough && name.starts_with(before) && name.ends_with(after)
+    };
+    file.meant(given) == name
+        || given.split_once(AXIS).is_some_and(is_of_axis)
+        || pair(file, given).is_some_and(|both| both.iter().any(|one| file.meant(one) == name))
 }
 
 /// The two columns that a text names.

@@ -21,8 +21,8 @@ use crate::arguments::{self, Usage};
 use crate::files::{name_json, prepare, write_text, wrote};
 use crate::output::{print, print_result, this_command};
 use crate::progress::spinning;
-use crate::reading::Reading;
 use crate::simulate::read_arm;
+use crate::source::Source;
 use axes::AxisNames;
 use chain::ChainOptions;
 use log::{Columns, Names, Number};
@@ -143,7 +143,7 @@ pub struct Arguments {
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
     #[command(flatten)]
-    reading: Reading,
+    source: Source,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -152,11 +152,12 @@ pub struct Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     arguments.refuse_arm_with_extras()?;
+    arguments.source.check()?;
     arguments.check_files()?;
     if arguments.axis.is_some() || arguments.chain.given().is_some() {
         return axes::run(arguments);
     }
-    let file = arguments.reading.read(&arguments.record)?;
+    let file = arguments.read(&arguments.record)?;
     let names = arguments.names();
     let columns = Columns::new(&file, &names)?;
     if columns.joints() == 2 {
@@ -378,12 +379,6 @@ impl Arguments {
             kv: kv.value(file, "kv")?,
             torque_constant: self.torque_on_link(file)?,
         }))
-    }
-
-    /// The file of another log of the joint.
-    fn later_file(&self) -> Result<Option<RecordFile>> {
-        let read = |path: &PathBuf| self.reading.read(path);
-        self.validate.as_ref().map(read).transpose()
     }
 
     /// The columns of these names as another log of the joint.

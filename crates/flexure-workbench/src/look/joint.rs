@@ -8,7 +8,7 @@ use flexure_io::RecordFile;
 use super::Request;
 use super::joint_columns::{Joint, integration, is_named, joints};
 use super::joint_trial::{Assumed, Failure, trial};
-use super::roles::{Role, is_force_constant, is_prismatic, is_torque, is_torque_constant, role};
+use super::roles::{Role, is_force_constant, is_prismatic, is_torque, is_torque_constant, role, role_with_unit};
 use super::suggestion::Suggestion;
 use crate::joints::{in_unit, written_ratio};
 use crate::text::quoted;
@@ -156,8 +156,8 @@ fn candidates<'a>(joints: &[Joint<'a>]) -> Vec<Vec<Joint<'a>>> {
 }
 
 /// The option for the position of a rigid axis: an angle of its motor may be before a gear.
-fn option_of_position(name: &str) -> &'static str {
-    match role(name) {
+fn option_of_position(file: &RecordFile, name: &str) -> &'static str {
+    match role_with_unit(name, file.unit(name)) {
         Some((Role::MotorPosition, _)) => "--motor",
         _ => "--position",
     }
@@ -202,7 +202,7 @@ impl<'a> Command<'a> {
                 "--link".to_owned(),
                 position,
             ],
-            None => vec![option_of_position(first.position).to_owned(), position],
+            None => vec![option_of_position(file, first.position).to_owned(), position],
         };
         options.extend(["--torque".to_owned(), joined(|j| Some(j.torque.to_owned()))]);
         let named = |wanted: &dyn Fn(&str) -> bool| file.constants.iter().find(|c| wanted(&c.0));
@@ -335,7 +335,7 @@ impl<'a> Command<'a> {
                 joint.torque
             ));
         }
-        if joint.motor.is_none() && option_of_position(joint.position) == "--motor" {
+        if joint.motor.is_none() && self.options[0] == "--motor" {
             self.notes.push(format!(
                 "'{}' is by its name the angle of a motor: where a gear follows it, add --gear-ratio N, and the result is that of the link.",
                 joint.position

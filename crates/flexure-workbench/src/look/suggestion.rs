@@ -79,6 +79,16 @@ impl Suggestion {
         }
     }
 
+    /// With these steps before it, which are typed before this option.
+    fn with_steps(mut self, steps: &Preparation, before: &str) -> Self {
+        let steps = steps.repeated().into_iter();
+        let typed: Vec<String> = steps.flat_map(|(name, value)| [format!("--{name}"), value]).collect();
+        let end = self.options.iter().position(|option| option == before);
+        let end = end.unwrap_or(self.options.len());
+        self.options.splice(end..end, typed);
+        self
+    }
+
     /// Writes the prepared record to a file with a name of its own: a second log must not overwrite the first one's.
     fn into_another(mut self, file: &RecordFile) -> Self {
         let name = file.name();
@@ -158,7 +168,7 @@ pub(super) fn suggestion(
         Err(failure) => return (None, Some(failure)),
     };
     let suggestion = next.map(|next| match next {
-        Next::Identify(suggestion, _) | Next::Other(suggestion) => suggestion,
+        Next::Identify(suggestion, _) | Next::Joint(suggestion) | Next::Other(suggestion) => suggestion,
         Next::Repair(repair) => at_once(&repair, file, request, look).unwrap_or_else(|| repair.command()),
     });
     (suggestion.map(|suggestion| suggestion.into_another(file)), None)
@@ -168,6 +178,8 @@ pub(super) fn suggestion(
 enum Next {
     /// An identification, and the columns that it connects.
     Identify(Suggestion, Vec<String>),
+    /// The identification of a joint.
+    Joint(Suggestion),
     /// A preparation.
     Repair(Box<Repair>),
     /// Another command.
@@ -193,7 +205,7 @@ fn next(
     });
     let held = signals.as_ref().map(|s| s.inputs.clone()).unwrap_or_default();
     let next = match joint::suggestion(file, request, look, sample_time) {
-        joint::Outcome::Fits(joint) => Some(Next::Other(joint)),
+        joint::Outcome::Fits(joint) => Some(Next::Joint(joint)),
         joint::Outcome::Fails(failure) => return Err(failure),
         joint::Outcome::None => match signals {
             Some(signals) => identification(look, request, &signals, file, raw),
@@ -232,8 +244,15 @@ fn at_once(repair: &Repair, file: &RecordFile, request: &Request, look: &Look) -
         Some((next(&prepared, request, &after, sample_time, look), done))
     };
     // A joint needs all samples of its position.
-    if !joints(file, request, look).is_empty() && matches!(after(steps)?.0, Ok(Some(Next::Other(_)))) {
-        return None;
+    if !joints(file, request, look).is_empty()
+        && let (Ok(Some(Next::Joint(joint))), _) = after(steps)?
+    {
+        let steps = steps.only_for(&joint.options);
+        let reasons = [repair.why.clone()].into_iter().chain(repair.notes.clone());
+        return Some(Suggestion {
+            notes: reasons.chain(joint.notes.iter().cloned()).collect(),
+            ..joint.with_steps(&steps, "--report")
+        });
     }
     let output = signals(request, look).map(|signals| look.columns[signals.output].name.clone());
     let steps = Preparation {
@@ -243,17 +262,11 @@ fn at_once(repair: &Repair, file: &RecordFile, request: &Request, look: &Look) -
     let (Ok(Some(Next::Identify(suggestion, columns))), done) = after(&steps)? else {
         return None;
     };
-    let steps = steps.only_for(&columns).repeated().into_iter();
-    let steps: Vec<String> = steps.flat_map(|(name, value)| [format!("--{name}"), value]).collect();
-    let mut options = suggestion.options;
-    if !steps.is_empty() {
-        options.retain(|option| option != MISSING);
+    let steps = steps.only_for(&columns);
+    let mut suggestion = suggestion.with_steps(&steps, "-o");
+    if !steps.repeated().is_empty() {
+        suggestion.options.retain(|option| option != MISSING);
     }
-    let end = options
-        .iter()
-        .position(|option| option == "-o")
-        .unwrap_or(options.len());
-    options.splice(end..end, steps);
     // The notes are on the steps of a command of its own.
     let cut = done.iter().filter(|done| done.step == "cut");
     let notes: Vec<String> = match &repair.in_one {
@@ -261,11 +274,8 @@ fn at_once(repair: &Repair, file: &RecordFile, request: &Request, look: &Look) -
         None => repair.notes.iter().map(|note| of_inputs(note)).collect(),
     };
     let reasons = [repair.why.clone()].into_iter().chain(notes);
-    Some(Suggestion {
-        options,
-        notes: reasons.chain(suggestion.notes).collect(),
-        ..suggestion
-    })
+    suggestion.notes = reasons.chain(std::mem::take(&mut suggestion.notes)).collect();
+    Some(suggestion)
 }
 
 /// The note on a preparation, for an identification: it interpolates the inputs, but leaves gaps of the output as they are.

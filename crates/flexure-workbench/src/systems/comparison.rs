@@ -28,7 +28,10 @@ fn nearest(comparison: &StructureComparison) -> Option<String> {
     let has_best_fit = comparison.candidates.iter().all(|c| c.fit_percent < fit + 1.0);
     (fit > 0.0).then(|| match has_best_fit {
         true => format!("{} comes nearest, fit {fit:.1} %", comparison.chosen),
-        false => format!("no other is significantly better than {}, fit {fit:.1} %", comparison.chosen),
+        false => format!(
+            "no other is significantly better than {}, fit {fit:.1} %",
+            comparison.chosen
+        ),
     })
 }
 
