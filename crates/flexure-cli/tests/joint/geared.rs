@@ -1,5 +1,6 @@
 //! A motor whose encoder and torque are before its gear.
 
+use super::cannot_tell::{PLAIN, as_it_is, multisine};
 use super::common::Folder;
 use super::shoulder;
 
@@ -41,4 +42,70 @@ fn a_motor_before_its_gear_is_seen_from_the_link() {
     ];
     let [geared, plain] = commands.map(|command| folder.json(command)["link_inertia"]["value"].as_f64().unwrap());
     assert!((geared / plain - 1.0).abs() < 1e-3, "{geared} {plain}");
+}
+
+/// The log of a rigid axis, with the motor's angle in counts of an encoder of 10,000 a turn and the motor's torque, before a gear of 40.
+fn at_motor(folder: &Folder, name: &str, start: f64) {
+    const GEAR: f64 = 40.0;
+    let counts = |q: f64| (GEAR * q * 10_000.0 / std::f64::consts::TAU).round();
+    let log = PLAIN.log(|t, _| multisine(t + start), |[q, tau]| [counts(q), tau / GEAR]);
+    folder.write(name, log.replacen("q", "counts", 1));
+}
+
+#[test]
+fn a_rigid_axis_at_its_motor_is_seen_from_the_link() {
+    let folder = Folder::new();
+    folder.write("plain.csv", PLAIN.log(|t, _| multisine(t), as_it_is));
+    at_motor(&folder, "counts.csv", 0.0);
+    let untold = folder.done("joint counts.csv --motor counts --torque tau --gear-ratio 40");
+    assert!(
+        untold.starts_with("Rigid axis not to be trusted, because an angle may be in counts of an encoder"),
+        "{untold}"
+    );
+    folder.done("prepare counts.csv --convert counts=rev/10000:rad -o geared.csv");
+    let inertia = |command: &str| folder.json(command)["inertia"]["value"].as_f64().unwrap();
+    let plain = inertia("joint plain.csv --position q --torque tau");
+    let geared = inertia("joint geared.csv --motor counts --torque tau --gear-ratio 40");
+    assert!((geared / plain - 1.0).abs() < 2e-3, "{geared} {plain}");
+    // As a position, it is taken as it is, and that is said.
+    let noted = folder.run("joint geared.csv --position counts --torque tau --gear-ratio 40");
+    let note = "'counts' is taken as the angle behind the gear and is not divided by 40; if it is the motor's, write --motor in place of --position";
+    assert!(noted.stderr.contains(note), "{}", noted.stderr);
+    let alone = folder.run("joint geared.csv --torque tau --link counts");
+    assert!(
+        alone.code == Some(2) && alone.stderr.contains("--motor <COLUMN>"),
+        "{}",
+        alone.stderr
+    );
+}
+
+#[test]
+fn logs_with_lost_rows_are_prepared_alike() {
+    let folder = Folder::new();
+    let without_rows = |text: String| -> String {
+        let rows = text.lines().enumerate();
+        let kept = rows
+            .filter(|(i, _)| *i < 2 || i % 700 != 0)
+            .map(|(_, line)| format!("{line}\n"));
+        kept.collect()
+    };
+    let log = |start: f64| PLAIN.log(move |t, _| multisine(t + start), as_it_is);
+    folder.write("plain.csv", log(0.0));
+    folder.write("log.csv", without_rows(log(0.0)));
+    folder.write("later.csv", without_rows(log(33.0)));
+    let said = folder.done("look log.csv");
+    let next = "next: flexure joint log.csv --position q --torque tau --resample 0.002 --report report.html\n";
+    assert!(said.ends_with(next), "{said}");
+    let columns = "--position q --torque tau";
+    let uneven = folder.run(&format!("joint log.csv {columns}")).stderr;
+    let remedy = format!("flexure joint log.csv {columns} --resample 0.002");
+    assert!(uneven.contains(&remedy), "{uneven}");
+    let found = folder.run(&format!(
+        "joint log.csv {columns} --resample 0.002 --validate later.csv --json"
+    ));
+    let found: serde_json::Value = serde_json::from_str(&found.stdout).unwrap();
+    assert_eq!(found["later"]["holds"], true);
+    let plain = folder.json(&format!("joint plain.csv {columns}"));
+    let [of_rest, of_all] = [&found, &plain].map(|found| found["inertia"]["value"].as_f64().unwrap());
+    assert!((of_rest / of_all - 1.0).abs() < 2e-3, "{of_rest} {of_all}");
 }

@@ -189,6 +189,14 @@ pub fn identify(log: Log, settings: &Settings, file: &RecordFile, spelling: Spel
                 if settings.prismatic || column.is_some_and(|column| file.unit(file.meant(column)).is_some()) {
                     axis.findings.retain(|f| !matches!(f, Finding::ManyTurns { .. }));
                 }
+                // The gear may have made fractions of them.
+                let logged = column.and_then(|column| file.record.column(file.meant(column)).ok());
+                let are_whole = logged.is_some_and(|samples| samples.iter().all(|q| q.fract() == 0.0));
+                for finding in &mut axis.findings {
+                    if let Finding::ManyTurns { whole, .. } = finding {
+                        *whole |= are_whole;
+                    }
+                }
                 Box::new(Rigid::new(*axis, settings.prismatic, log))
             }
             IdentifiedJoint::Flexible(axis) => Box::new(Flexible { axis: *axis, log }),

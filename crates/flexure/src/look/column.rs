@@ -213,3 +213,21 @@ fn standing_alone(column: &Column, samples: &[f64], bridged: &[f64]) -> Vec<usiz
         false => found,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_counter_counts_where_rows_are_lost_and_other_columns_do_not() {
+        let counter: Vec<f64> = (0..200).filter(|i| i % 30 != 7).map(f64::from).collect();
+        assert!(counts(&counter));
+        // Instants that jitter, a counter that starts again, and a ramp whose steps differ.
+        let jitter: Vec<f64> = (0..200).map(|i| f64::from(i) + 0.2 * f64::from(i % 3)).collect();
+        let again: Vec<f64> = (0..200).map(|i| f64::from(i % 100)).collect();
+        let ramp: Vec<f64> = (0..200).map(|i| f64::from(i * (1 + i % 2))).collect();
+        for other in [jitter, again, ramp] {
+            assert!(!counts(&other));
+        }
+    }
+}

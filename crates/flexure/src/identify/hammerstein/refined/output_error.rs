@@ -111,6 +111,7 @@ mod tests {
 
     use std::ops::ControlFlow;
 
+    use super::RefinedHammerstein;
     use crate::identify::{HAMMERSTEIN, Options, Request};
     use crate::record::Record;
 
@@ -157,6 +158,30 @@ mod tests {
             );
             let explained = found.verdict.measures.r_squared;
             assert!(explained > 0.85, "{seed}: {explained}");
+        }
+    }
+
+    /// The same with an order or a delay that the user gives: it is kept.
+    #[test]
+    fn slow_dynamics_are_found_with_a_given_order_and_delay() {
+        let cases = [
+            (Some(2), None),
+            (Some(2), Some(1)),
+            (Some(1), Some(3)),
+            (None, Some(4)),
+            (Some(4), None),
+        ];
+        for (order, delay) in cases {
+            let method = RefinedHammerstein {
+                order,
+                delay,
+                ..RefinedHammerstein::default()
+            };
+            let found = method.identify(&tanks(1), "u", "y").unwrap();
+            let has = (order.unwrap_or(found.order), delay.unwrap_or(found.delay));
+            assert_eq!((found.order, found.delay), has);
+            let explained = found.verdict.measures.r_squared;
+            assert!(explained > 0.85, "{order:?} {delay:?}: {explained}");
         }
     }
 
