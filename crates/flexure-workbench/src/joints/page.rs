@@ -1,11 +1,9 @@
 //! A joint as the page that shows it.
 
 use flexure::bands::Band;
-use flexure::identify::robot_joint::{
-    Estimated, Finding, Fitted, FlexibleAxis, IdentifiedCurve, RigidAxis, TwoLinkArm,
-};
+use flexure::identify::robot_joint::{Estimated, Finding, Fitted, FlexibleAxis, RigidAxis, TwoLinkArm};
 use flexure_report::data::{
-    Axis, Comparison, Fact, JointCurve, JointPage, Nonlinearity, ParameterTable, Prediction, Scatter,
+    Axis, Comparison, Fact, JointCurve, JointPage, Nonlinearity, ParameterTable, Prediction, Scatter, Table,
 };
 
 use super::chain::OfChain;
@@ -14,11 +12,13 @@ use super::flexible::{at_motor, forms};
 use super::outcome::Outcome;
 use super::simulation::Fit;
 use super::text::{
-    Constant, Units, constants, formula, inertia_text, lack_text, parameter_rows, titled, typeset, with_error,
+    Constant, Units, constants, formula, inertia_text, is_refuted, lack_text, parameter_rows, parameters_in_a_row,
+    titled, typeset, with_error,
 };
 use super::{Log, Motion, Trial};
 use crate::plots::{banded, median};
 use crate::text::{capitalised, decimal, number};
+use flexure::text::{p_value, percent};
 
 /// A stiffness is not shown if its band is wider than this share of its median.
 const WIDEST_BAND: f64 = 0.03;
@@ -41,7 +41,7 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, trial: &Trial) -> Joint
         subtitle: subtitle("Friction and inertia", log),
         verdict: Some(Outcome::new(trial, [vec![best]], &axis.findings).verdict()),
         facts: vec![
-            inertia("Inertia", axis.inertia, units.inertia()),
+            inertia("Inertia beside the free curve", axis.inertia, units.inertia()),
             Fact::new("Distance of the best form", distance, from),
             samples(log),
         ]
@@ -59,7 +59,16 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, trial: &Trial) -> Joint
             curve(&axis.friction.band, [&labels[0], &labels[1]], |v| best.torque(v), best),
             Scatter::new(&axis.friction.x[..], &axis.friction.partial[..]),
         )],
-        tables: axis.friction.by_bic().into_iter().map(|f| table(f, units)).collect(),
+        tables: vec![table(best, units)],
+        others: others(
+            "Other forms that were tried",
+            axis.friction
+                .by_bic()
+                .into_iter()
+                .skip(1)
+                .map(|form| (titled(form), form)),
+            units,
+        ),
         motions: comparisons(log, 0, &axis.reconstructed, trial, units, ""),
         ..JointPage::default()
     }
@@ -85,6 +94,7 @@ pub fn flexible(axis: &FlexibleAxis, log: &Log, trial: &Trial) -> JointPage {
         warnings: warnings(&axis.link.findings).chain(advice(trial)).collect(),
         curves: joint_curves(axis, ""),
         tables: tables(axis, &units, "").collect(),
+        others: others(ALONE, alone(axis, ""), &units),
         motions: comparisons(log, 0, &axis.link.reconstructed, trial, &units, ""),
         ..JointPage::default()
     }
@@ -115,25 +125,59 @@ pub fn two_link(arm: &TwoLinkArm, log: &Log, trial: &Trial) -> JointPage {
         page.motions
             .extend(comparisons(log, i, &axis.link.reconstructed, trial, &units, &of));
     }
+    let of_joint = |(i, axis)| alone(axis, &format!("joint {}: ", i + 1)).collect::<Vec<_>>();
+    page.others = others(ALONE, arm.joints.iter().enumerate().flat_map(of_joint), &units);
     page
 }
 
-/// The forms of a joint: those of the model, then each by itself; `of` begins their headings.
+/// The forms of a joint's model; `of` begins their headings.
 fn tables(axis: &FlexibleAxis, units: &Units, of: &str) -> impl Iterator<Item = ParameterTable> {
-    let model = [&axis.model.stiffness, &axis.model.friction];
-    let alone = [&axis.stiffness, &axis.link.friction]
-        .into_iter()
-        .flat_map(IdentifiedCurve::by_bic);
-    let of_motor = axis.motor_friction.iter().flat_map(IdentifiedCurve::by_bic);
-    let forms = model.map(|f| (f, "")).into_iter().chain(at_motor(axis));
-    let forms = forms.map(|(form, place)| (form, place, ", all equations together"));
+    let forms = [&axis.model.stiffness, &axis.model.friction].map(|form| (form, ""));
     forms
-        .chain(alone.map(|f| (f, "", "")))
-        .chain(of_motor.map(|f| (f, ", at the motor", "")))
-        .map(move |(form, place, how)| ParameterTable {
-            heading: capitalised(&format!("{of}{}{place}{how}", form.form.title())),
+        .into_iter()
+        .chain(at_motor(axis))
+        .map(move |(form, place)| ParameterTable {
+            heading: capitalised(&format!("{of}{}{place}", form.form.title())),
             ..table(form, units)
         })
+}
+
+/// The forms of a joint's curves, each fitted by itself, with their headings, which `of` begins.
+fn alone<'a>(axis: &'a FlexibleAxis, of: &str) -> impl Iterator<Item = (String, &'a Fitted)> {
+    let curves = [(&axis.stiffness, ""), (&axis.link.friction, "")].into_iter();
+    let curves = curves.chain(axis.motor_friction.iter().map(|curve| (curve, ", at the motor")));
+    curves.flat_map(move |(curve, place)| {
+        let heading = |form: &Fitted| capitalised(&format!("{of}{}{place}", form.form.title()));
+        let forms = curve.by_bic().into_iter();
+        forms.map(|form| (heading(form), form)).collect::<Vec<_>>()
+    })
+}
+
+/// The title of the forms of a flexible joint's curves.
+const ALONE: &str = "Forms of each curve by itself";
+
+/// Forms that were tried and their headings as a table; none if there are none.
+fn others<'a>(title: &str, forms: impl Iterator<Item = (String, &'a Fitted)>, units: &Units) -> Option<Table> {
+    let row = |(heading, form): (String, &Fitted)| {
+        let test = if is_refuted(form) { "refuted" } else { "not refuted" };
+        vec![
+            heading,
+            percent(form.lack_of_fit.distance),
+            format!("{test}, {}", p_value(form.lack_of_fit.p_value)),
+            typeset(&parameters_in_a_row(form, units)),
+        ]
+    };
+    let rows: Vec<_> = forms.map(row).collect();
+    (!rows.is_empty()).then(|| Table {
+        title: format!("{title} ({})", rows.len()),
+        text: "Of each curve, the smallest BIC first. M is the inertia with this form.".to_owned(),
+        columns: ["form", "off the free curve", "test", "parameters"]
+            .map(String::from)
+            .to_vec(),
+        rows,
+        chosen: None,
+        ends_in_text: true,
+    })
 }
 
 fn constant(constant: Constant) -> Fact {
@@ -177,8 +221,8 @@ fn joint_curves(axis: &FlexibleAxis, of: &str) -> Vec<JointCurve> {
     let stiffness_curve = known.then(|| {
         JointCurve::new(
             format!("Stiffness{of}"),
-            "The stiffness k(d) = κ(d)/d with its band, drawn where the band is narrow. A dip at zero is a soft wind-up. Near zero \
-             the torque is too small to show it.",
+            "The stiffness k(d) = κ(d)/d with its band, A dip at zero is a soft wind-up. Where the torque is too small to tell, \
+             nothing is drawn.",
             secant,
             Scatter::default(),
         )
@@ -198,7 +242,7 @@ fn joint_curves(axis: &FlexibleAxis, of: &str) -> Vec<JointCurve> {
         JointCurve::new(
             format!("Friction{of}"),
             format!(
-                "The elastic torque less that which accelerates the link, over the link's velocity, with the free curve and its band.{}",
+                "Friction over velocity: the elastic torque minus the torque that accelerates the link.{}",
                 gaps_caption(&axis.link.friction.band)
             ),
             curve(
@@ -299,9 +343,19 @@ fn without_wide_band(mut curve: Nonlinearity) -> Nonlinearity {
 fn table(form: &Fitted, units: &Units) -> ParameterTable {
     let mut rows = vec![["formula".to_owned(), typeset(&formula(form))]];
     if form.inertia.value.is_finite() {
-        rows.push(["inertia".to_owned(), typeset(&inertia_text(form.inertia, units))]);
+        let of = if form.form.is_stiffness() {
+            "motor inertia"
+        } else {
+            "inertia"
+        };
+        let inertia = typeset(&inertia_text(form.inertia, units));
+        rows.push([of.to_owned(), format!("{inertia}, with this form")]);
     }
-    rows.extend(parameter_rows(form, units).map(|(symbols, value)| [symbols.join(", "), typeset(&value)]));
+    rows.extend(
+        parameter_rows(form, units)
+            .into_iter()
+            .map(|(symbols, value)| [symbols.join(", "), typeset(&value)]),
+    );
     ParameterTable {
         heading: titled(form),
         rows,
@@ -314,25 +368,31 @@ fn table(form: &Fitted, units: &Units) -> ParameterTable {
 fn comparisons(log: &Log, i: usize, reconstructed: &[f64], trial: &Trial, units: &Units, of: &str) -> Vec<Comparison> {
     let later = trial.later.as_ref();
     let on_later = later.map(|later| {
-        let torque = later.torque.as_ref().map(|torque| &torque.needed[..]);
+        let torque = later.torque.as_ref();
+        let torque = torque.map(|torque| (&torque.needed[..], torque.in_band(units)));
         let on = format!(", on {}", later.log.name);
         with_motions(&later.log, i, torque, &later.motions, units, [of, &on])
     });
-    let own = with_motions(log, i, Some(reconstructed), &trial.motions, units, [of, ""]);
+    let in_band = later.and_then(|later| later.torque.as_ref());
+    let in_band = in_band.map_or_else(String::new, |torque| torque.own_in_band(units));
+    let torque = Some((reconstructed, in_band));
+    let own = with_motions(log, i, torque, &trial.motions, units, [of, ""]);
     own.into_iter().chain(on_later.into_iter().flatten()).collect()
 }
 
-/// The torque of axis `i` of a log where it is known, and its simulated motions; `of` and `on` are the axis and the log in the headings.
+/// The torque of axis `i` of a log, with a remark, where it is known, and its simulated motions; `of` and `on` are the axis and the log in
+/// the headings.
 fn with_motions(
     log: &Log,
     i: usize,
-    torque: Option<&[f64]>,
+    torque: Option<(&[f64], String)>,
     motions: &[Motion],
     units: &Units,
     [of, on]: [&str; 2],
 ) -> Vec<Comparison> {
-    let torque = torque.map(|torque| {
-        comparison(
+    let torque = torque.map(|(torque, remark)| Comparison {
+        remark,
+        ..comparison(
             log,
             format!(
                 "{}{of}: measured against reconstructed from the motion{on}",
@@ -384,5 +444,6 @@ fn comparison(
             fit_percent: fit.percent,
             rms: fit.rms,
         },
+        remark: String::new(),
     }
 }
