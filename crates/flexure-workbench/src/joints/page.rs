@@ -2,23 +2,18 @@
 
 use flexure::bands::Band;
 use flexure::identify::robot_joint::{Estimated, Finding, Fitted, FlexibleAxis, RigidAxis, TwoLinkArm};
-use flexure_report::data::{
-    Axis, Comparison, Fact, JointCurve, JointPage, Nonlinearity, ParameterTable, Prediction, Scatter, Table,
-};
+use flexure_report::data::{Axis, Comparison, Fact, JointCurve, JointPage, Nonlinearity, Prediction, Scatter};
 
 use super::chain::OfChain;
 use super::curves::{gaps_caption, with_gaps};
-use super::flexible::{at_motor, forms};
+use super::flexible::forms;
+use super::forms::{ALONE, alone, others, table, tables};
 use super::outcome::Outcome;
 use super::simulation::Fit;
-use super::text::{
-    Constant, Units, constants, formula, inertia_text, is_refuted, lack_text, parameter_rows, parameters_in_a_row,
-    titled, typeset, with_error,
-};
+use super::text::{Constant, Units, constants, titled, typeset, with_error};
 use super::{Log, Motion, Trial};
 use crate::plots::{banded, median};
 use crate::text::{capitalised, decimal, number};
-use flexure::text::{p_value, percent};
 
 /// A stiffness is not shown if its band is wider than this share of its median.
 const WIDEST_BAND: f64 = 0.03;
@@ -128,56 +123,6 @@ pub fn two_link(arm: &TwoLinkArm, log: &Log, trial: &Trial) -> JointPage {
     let of_joint = |(i, axis)| alone(axis, &format!("joint {}: ", i + 1)).collect::<Vec<_>>();
     page.others = others(ALONE, arm.joints.iter().enumerate().flat_map(of_joint), &units);
     page
-}
-
-/// The forms of a joint's model; `of` begins their headings.
-fn tables(axis: &FlexibleAxis, units: &Units, of: &str) -> impl Iterator<Item = ParameterTable> {
-    let forms = [&axis.model.stiffness, &axis.model.friction].map(|form| (form, ""));
-    forms
-        .into_iter()
-        .chain(at_motor(axis))
-        .map(move |(form, place)| ParameterTable {
-            heading: capitalised(&format!("{of}{}{place}", form.form.title())),
-            ..table(form, units)
-        })
-}
-
-/// The forms of a joint's curves, each fitted by itself, with their headings, which `of` begins.
-fn alone<'a>(axis: &'a FlexibleAxis, of: &str) -> impl Iterator<Item = (String, &'a Fitted)> {
-    let curves = [(&axis.stiffness, ""), (&axis.link.friction, "")].into_iter();
-    let curves = curves.chain(axis.motor_friction.iter().map(|curve| (curve, ", at the motor")));
-    curves.flat_map(move |(curve, place)| {
-        let heading = |form: &Fitted| capitalised(&format!("{of}{}{place}", form.form.title()));
-        let forms = curve.by_bic().into_iter();
-        forms.map(|form| (heading(form), form)).collect::<Vec<_>>()
-    })
-}
-
-/// The title of the forms of a flexible joint's curves.
-const ALONE: &str = "Forms of each curve by itself";
-
-/// Forms that were tried and their headings as a table; none if there are none.
-fn others<'a>(title: &str, forms: impl Iterator<Item = (String, &'a Fitted)>, units: &Units) -> Option<Table> {
-    let row = |(heading, form): (String, &Fitted)| {
-        let test = if is_refuted(form) { "refuted" } else { "not refuted" };
-        vec![
-            heading,
-            percent(form.lack_of_fit.distance),
-            format!("{test}, {}", p_value(form.lack_of_fit.p_value)),
-            typeset(&parameters_in_a_row(form, units)),
-        ]
-    };
-    let rows: Vec<_> = forms.map(row).collect();
-    (!rows.is_empty()).then(|| Table {
-        title: format!("{title} ({})", rows.len()),
-        text: "Of each curve, the smallest BIC first. M is the inertia with this form.".to_owned(),
-        columns: ["form", "off the free curve", "test", "parameters"]
-            .map(String::from)
-            .to_vec(),
-        rows,
-        chosen: None,
-        ends_in_text: true,
-    })
 }
 
 fn constant(constant: Constant) -> Fact {
@@ -338,29 +283,6 @@ fn without_wide_band(mut curve: Nonlinearity) -> Nonlinearity {
         }
     }
     curve
-}
-
-fn table(form: &Fitted, units: &Units) -> ParameterTable {
-    let mut rows = vec![["formula".to_owned(), typeset(&formula(form))]];
-    if form.inertia.value.is_finite() {
-        let of = if form.form.is_stiffness() {
-            "motor inertia"
-        } else {
-            "inertia"
-        };
-        let inertia = typeset(&inertia_text(form.inertia, units));
-        rows.push([of.to_owned(), format!("{inertia}, with this form")]);
-    }
-    rows.extend(
-        parameter_rows(form, units)
-            .into_iter()
-            .map(|(symbols, value)| [symbols.join(", "), typeset(&value)]),
-    );
-    ParameterTable {
-        heading: titled(form),
-        rows,
-        note: lack_text(form),
-    }
 }
 
 /// The torque of axis `i`, and its simulated motions with the measured ones; then the same on another log. `of` is the axis's name in the

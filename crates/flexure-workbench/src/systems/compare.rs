@@ -204,7 +204,7 @@ impl Outcome {
                 fit_percent: measures.fit_percent,
                 rms: measures.rms,
             },
-            remark: self.judged.verdict.text(),
+            remark: self.judged.text(),
         })
     }
 }
