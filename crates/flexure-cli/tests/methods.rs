@@ -168,7 +168,7 @@ fn the_true_form_is_accepted_with_its_parameters_and_a_wrong_one_refuted() {
         "{form}"
     );
     assert!(form["p_value"].as_f64().unwrap() < 1e-6, "{form}");
-    assert!(folder.read("page.html").contains("the data refute this form at 1 %"));
+    assert!(folder.read("page.html").contains("The data refute this form at 1 %"));
     // A form is a remark on the estimate, and changes nothing of it.
     assert_eq!(refuted["nonlinearity"], accepted["nonlinearity"]);
 }
