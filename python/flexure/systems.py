@@ -155,7 +155,7 @@ class Hammerstein(System):
 class Linear(System):
     """Linear dynamics alone, of one input or several: what every nonlinear model should be better than.
 
-    Poles, delays and numerators are those of the smallest model whose free run predicts the held-back samples as well as the best one's.
+    Poles, delays and numerators are those of the smallest order that predicts held-back data as well as the best order.
 
     Parameters
     ----------

@@ -61,7 +61,10 @@ def test_csv_has_the_data_of_every_card_with_names(report, downloads):
         names = rows[0]
         assert len(names) >= 2 and all(names) and len(set(names)) == len(names), names
         assert len(rows) > 1 and {len(row) for row in rows} == {len(names)}, "the rows differ in length"
+        assert all(len(name) <= 80 and "narrower" not in name for name in names), names
         numbers = [cell for row in rows[1:] for cell in row if cell]
+        digits = [re.sub(r"^-?[0.]*|e.*|\.", "", cell) for cell in numbers]
+        assert all(len(cell) <= 9 for cell in digits), "digits that are rounding"
         kinds = {"pole", "zero"}
         assert numbers and all(cell in kinds or float(cell) is not None for cell in numbers)
         for name in names:
@@ -137,10 +140,21 @@ def test_band_says_both_edges_under_the_pointer(report):
             if text:
                 break
         assert " to " in text, f"{plot} says {text!r}"
-        low, high = map(float, text.split(" to "))
+        low, high = (float(edge.split()[0]) for edge in text.split(" to "))
         assert low < high
         said.append((low, high))
     assert said
+
+
+def test_values_under_the_pointer_have_their_unit(report):
+    needs(report, "#plot-prediction", "prediction")
+    label = report.js("return JSON.parse(document.getElementById('page-data').textContent).prediction.y_label")
+    unit = re.search(r"\(([^()]*)\)$", label)
+    if not unit:
+        pytest.skip("the output has no unit")
+    point_at(report, "plot-prediction", 0.5, 0.5)
+    values = report.js("return [...document.querySelectorAll('#plot-prediction .u-value')].map((e) => e.textContent)")
+    assert sum(value.endswith(f" {unit[1]}") for value in values) == 2, values
 
 
 def test_code_can_be_copied(report):

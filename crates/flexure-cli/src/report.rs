@@ -4,15 +4,17 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use flexure::identify::Verdict;
+use flexure::text::fit;
 use flexure_io::{ModelFile, RecordFile};
-use flexure_workbench::systems::{Decoration, Identified, Judging, Outside, SystemColumns, columns};
+use flexure_workbench::lines::Lines;
+use flexure_workbench::systems::{Decoration, Identified, Judging, Outside, SystemColumns, columns, tone};
 use flexure_workbench::text::capitalised;
 use serde_json::json;
 
 use crate::applied::{Applied, ModelOnRecord, with_missing};
 use crate::arguments;
 use crate::files::{write_text, wrote};
-use crate::output::{print, this_command};
+use crate::output::{print, print_result, this_command};
 use crate::progress::spinning;
 use crate::source::Switches;
 
@@ -100,8 +102,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         });
         return print(&object.to_string());
     }
-    let mut lines = vec![verdict.text()];
-    lines.extend(outside.warning());
-    lines.extend(wrote([&arguments.out]));
-    print(&lines.join("\n"))
+    let mut lines = Lines::new();
+    let fit = fit(verdict.measures.fit_percent, 2);
+    lines.headline(
+        tone(&verdict),
+        format!("Fit {fit} on this record, {}", verdict.in_short()),
+    );
+    lines.sentence(verdict.text());
+    outside.remark().into_iter().for_each(|remark| lines.warning(remark));
+    print_result(&lines, wrote([&arguments.out]))
 }

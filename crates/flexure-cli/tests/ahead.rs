@@ -99,7 +99,7 @@ fn without_a_noise_model_the_prediction_is_the_free_run_and_that_is_said() {
     let options = format!("{STEADY} --horizon 2");
     let message = folder.done(&options);
     assert!(
-        message.contains("predicted 2 samples ahead, the free run, as the model says nothing of its noise\n"),
+        message.contains("the model says nothing of its noise, so a 2-sample prediction equals the free run\n"),
         "{message}"
     );
     assert_eq!(folder.read("p.csv"), free);

@@ -117,6 +117,9 @@ fn the_page_has_every_models_run() {
         assert!(page.contains(part), "{part}");
     }
     assert!(page.contains("flexure compare good.json linear.json fresh.csv --report page.html"));
+    // The errors have one scale, and each model its verdict.
+    assert!(page.contains(r#""same_scale":true"#));
+    assert_eq!(page.matches("the model explains").count(), 2);
 }
 
 #[test]

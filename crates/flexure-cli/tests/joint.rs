@@ -286,6 +286,16 @@ fn the_positioning_system() {
     let found = folder.json(
         "joint emps.mat --position qm --torque vir --torque-constant gtau --prismatic --reference qg --kp kp --kv kv --report page.html",
     );
+    assert!(
+        folder
+            .read("page.html")
+            .contains("<summary>Other forms that were tried (")
+    );
+    let said = folder.said("joint emps.mat --position qm --torque vir --torque-constant gtau --prismatic");
+    assert!(
+        said.contains("its best friction form differs from the measured curve by"),
+        "{said}"
+    );
     let form = &found["forms"][0];
     assert_eq!(form["form"], "coulomb_viscous");
     let inertia = form["inertia"]["value"].as_f64().unwrap();

@@ -152,7 +152,7 @@ fn the_true_form_is_accepted_with_its_parameters_and_a_wrong_one_refuted() {
         );
     }
     let page = folder.read("page.html");
-    assert!(page.contains("Form dead-zone") && page.contains("the data do not refute this form"));
+    assert!(page.contains("Form dead-zone") && page.contains("The data do not refute this form"));
     let printed = folder.said(&format!("{IDENTIFY} --form dead-zone"));
     assert!(printed.contains(" form dead-zone low = -0."), "{printed}");
     assert!(
@@ -168,7 +168,7 @@ fn the_true_form_is_accepted_with_its_parameters_and_a_wrong_one_refuted() {
         "{form}"
     );
     assert!(form["p_value"].as_f64().unwrap() < 1e-6, "{form}");
-    assert!(folder.read("page.html").contains("the data refute this form at 1 %"));
+    assert!(folder.read("page.html").contains("The data refute this form at 1 %"));
     // A form is a remark on the estimate, and changes nothing of it.
     assert_eq!(refuted["nonlinearity"], accepted["nonlinearity"]);
 }
@@ -247,7 +247,7 @@ fn the_page_shows_what_the_method_has() {
         ("leave-one-out", false, true),
         ("95 % pointwise, for this number of breakpoints", true, false),
         ("95 % pointwise, variance only", false, true),
-        ("as given", true, false),
+        ("As given.", true, false),
     ] {
         assert_eq!(
             (refined.contains(expected), plain.contains(expected)),

@@ -69,7 +69,11 @@ fn validate_writes_the_same_page() {
     folder.known("log.csv", 1500, 1);
     folder.known("later.csv", 600, 2);
     folder.done("identify log.csv --input u --output y -o model.json");
-    folder.done("report model.json later.csv -o page.html");
+    let text = folder.done("report model.json later.csv -o page.html");
+    assert!(
+        text.starts_with("Fit ") && text.lines().all(|line| line.chars().count() <= 100),
+        "{text}"
+    );
     let text = folder.done("validate model.json later.csv --report same.html");
     assert!(text.ends_with("wrote same.html\n"), "{text}");
     assert_eq!(payload(&folder, "same.html"), payload(&folder, "page.html"));

@@ -51,6 +51,13 @@ fn a_loop_says_what_it_does_as_a_whole_before_its_parts() {
         assert!(page.contains(heading), "{heading}");
     }
     assert!(!page.contains("Linear part, nonlinearity back to itself"));
+    // The axes of the curve have names.
+    for label in [
+        r#""x_label":"position""#,
+        r#""y_label":"output of the nonlinearity, in the unit of force""#,
+    ] {
+        assert!(page.contains(label), "{label}");
+    }
 }
 
 /// A model of another system than the record's.

@@ -27,6 +27,14 @@ function line(label, colourName, { width = 2, dash, area, unlisted, dots, points
   };
 }
 
+const withUnit = (text, label) => text && text + unitOf(label).replace(/[()]/g, "");
+
+/** What the legend says of a series, with the unit of the ordinates if they are its own. */
+function valueWithUnit(series, label) {
+  const value = series.value;
+  return series.scale === "y" ? (...args) => withUnit(value(...args), label) : value;
+}
+
 /** A series that a hook draws, not uPlot. */
 function drawn(label, colourName, options) {
   return { ...line(label, colourName, options), paths: () => null };
@@ -119,7 +127,7 @@ function plotOptions({ x, y, series, scales = {}, bands, draw, below, group, leg
       ...scales,
     },
     axes: [axis("x", x.label, x), axis("y", y.label, y, group)],
-    series: [{ label: x.label, value: (u, v) => readable(v, 6) }, ...series],
+    series: [{ label: x.label, value: (u, v) => withUnit(readable(v, 6), x.label) }, ...series.map((s) => ({ ...s, value: valueWithUnit(s, y.label) }))],
     bands,
     legend: {
       show: legend,

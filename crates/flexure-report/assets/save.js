@@ -40,7 +40,8 @@ function plotColumns({ spec }, withoutAbscissas) {
   return [...columns, ...(spec.columns ?? [])];
 }
 
-const cell = (v) => (v == null || !Number.isFinite(v) ? "" : String(v));
+/** A number without the last digits, which are rounding. */
+const cell = (v) => (v == null || !Number.isFinite(v) ? "" : String(Number(v.toPrecision(9))));
 const quotedCell = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
 const longest = (columns) => Math.max(0, ...columns.map(([, values]) => values.length));
 

@@ -1,6 +1,7 @@
 /* Signals over time: measured against predicted, and the record. */
 
-function plotPrediction(p, suffix = "") {
+/** `range` is that of the error; by default its own. */
+function plotPrediction(p, suffix = "", range = undefined) {
   const at = gridValues(p.time);
   const group = gridGroup(`prediction${suffix}`, p.time);
   const x = { label: p.time.label };
@@ -16,7 +17,7 @@ function plotPrediction(p, suffix = "") {
   chart(byId(`plot-error${suffix}`), {
     ...common,
     x,
-    y: { label: `error${p.y_label.match(/ \([^()]*\)$/)?.[0] ?? ""}` },
+    y: { label: `error${p.y_label.match(/ \([^()]*\)$/)?.[0] ?? ""}`, range },
     series: [line(`error: ${p.names.join(" − ")}`, "--error", { width: 1.3 })],
     data: [p.error],
     below: (u) => drawLevel(u, "y", 0, "--limit"),
@@ -95,7 +96,7 @@ function drawFresh(u, from, worded) {
   ctx.fillRect(edge, bbox.top, right - edge, bbox.height);
   ctx.restore();
   if (edge > left && edge < right) drawLevel(u, "x", from, "--model", [4, 4]);
-  const available = 60 * devicePixelRatio;
+  const available = 42 * devicePixelRatio;
   const gap = 6 * devicePixelRatio;
   if (worded && right - edge > available) drawWord(u, "fresh", edge + gap, bbox.top + gap / 2, "--model");
   if (worded && edge - left > available) drawWord(u, "fit", edge - gap, bbox.top + gap / 2, "--muted", "right");

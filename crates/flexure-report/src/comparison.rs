@@ -12,6 +12,8 @@ use crate::payload::PredictionPlot;
 #[derive(Serialize)]
 pub(crate) struct Payload<'a> {
     motions: Vec<PredictionPlot<'a>>,
+    /// Whether the errors share a scale.
+    same_scale: bool,
 }
 
 /// What the template shows as text.
@@ -37,6 +39,7 @@ pub(crate) fn check(page: &ComparisonPage) -> Result<()> {
 pub(crate) fn payload(page: &ComparisonPage) -> Payload<'_> {
     Payload {
         motions: page.runs.iter().map(motion_plot).collect(),
+        same_scale: true,
     }
 }
 

@@ -7,7 +7,7 @@ use crate::check;
 use crate::data::{Comparison, Fact, JointCurve, JointPage, ParameterTable, Table, Verdict};
 use crate::payload::{NonlinearityPlot, PredictionPlot, nonlinearity, prediction};
 use crate::regression::{Cloud, cloud};
-use crate::text::{count, name_and_unit, number};
+use crate::text::{name_and_unit, number};
 
 /// Everything that is plotted.
 #[derive(Serialize)]
@@ -33,6 +33,7 @@ pub(crate) struct Text<'a> {
     warnings: &'a [String],
     curves: Vec<CurveText<'a>>,
     tables: &'a [ParameterTable],
+    others: Option<&'a Table>,
     motions: Vec<MotionText<'a>>,
     overview: Option<&'a Table>,
     axes: Vec<Text<'a>>,
@@ -58,6 +59,7 @@ pub(crate) struct MotionText<'a> {
     fit: String,
     rms: String,
     unit: Option<&'a str>,
+    remark: &'a str,
     bucket: usize,
 }
 
@@ -123,10 +125,11 @@ fn numbered<'a>(page: &'a JointPage, payload: &Payload<'_>, next: &mut [usize; 2
                     .points
                     .as_ref()
                     .filter(|cloud| cloud.outside > 0)
-                    .map(|cloud| count(cloud.outside)),
+                    .map(|cloud| cloud.outside.to_string()),
             })
             .collect(),
         tables: &page.tables,
+        others: page.others.as_ref(),
         motions: motions.map(|(m, plot)| motion_text(m, plot)).collect(),
         overview: page.overview.as_ref(),
         axes: page.axes.iter().map(|axis| numbered(axis, payload, next)).collect(),
@@ -151,6 +154,7 @@ pub(crate) fn motion_text<'a>(motion: &'a Comparison, plot: &PredictionPlot<'_>)
         fit: format!("{:.2}", motion.prediction.fit_percent),
         rms: number(motion.prediction.rms, 4),
         unit: name_and_unit(&motion.prediction.y_label).1,
+        remark: &motion.remark,
         bucket: plot.time.bucket,
     }
 }

@@ -7,7 +7,6 @@ use crate::data::{Fact, LookPage, NextCommand, Table};
 use crate::decimate::{head, round, thin};
 use crate::limits;
 use crate::payload::{RecordPlot, label, record};
-use crate::text::count;
 use crate::{Error, Result};
 
 /// Everything that is plotted.
@@ -126,7 +125,10 @@ pub(crate) fn text<'a>(page: &'a LookPage, payload: &Payload<'_>) -> Text<'a> {
             .map(|c| [c.title.as_str(), c.caption.as_str()])
             .collect(),
         spectra: page.spectra.iter().map(|s| s.title.as_str()).collect(),
-        record: payload.record.as_ref().map(|plot| (count(samples), plot.time.bucket)),
+        record: payload
+            .record
+            .as_ref()
+            .map(|plot| (samples.to_string(), plot.time.bucket)),
         command: page.command.as_deref(),
         version: env!("CARGO_PKG_VERSION"),
     }

@@ -7,7 +7,6 @@ use crate::check;
 use crate::data::{Axis, Fact, MotionPage};
 use crate::limits;
 use crate::payload::{self, RecordPlot};
-use crate::text::count;
 
 /// Everything that is drawn.
 #[derive(Serialize)]
@@ -85,7 +84,7 @@ pub(crate) fn text<'a>(page: &'a MotionPage, payload: &Payload<'_>) -> Text<'a> 
         facts: &page.facts,
         warnings: [],
         caption: payload.chain.as_ref().map(|_| page.chain.caption.as_str()),
-        cut: (shown < page.chain.points.len()).then(|| count(shown)),
+        cut: (shown < page.chain.points.len()).then(|| shown.to_string()),
         signals: payload.record.is_some(),
         bucket: payload.record.as_ref().map_or(1, |r| r.time.bucket),
         command: page.command.as_deref(),

@@ -172,7 +172,13 @@ pub(crate) fn text<'a>(page: &'a Page, payload: &Payload<'_>) -> Text<'a> {
             fit: number(page.prediction.fit_percent, 4),
             rms: number(page.prediction.rms, 4),
             unit: unit(&page.prediction.y_label),
-            samples: count(page.prediction.measured.iter().filter(|y| y.is_finite()).count()),
+            samples: page
+                .prediction
+                .measured
+                .iter()
+                .filter(|y| y.is_finite())
+                .count()
+                .to_string(),
             bucket: plot.time.bucket,
         }),
         residuals: residuals(&page.residuals),
@@ -203,9 +209,9 @@ fn residuals(residuals: &Residuals) -> ResidualText {
 fn record(page: &Page, bucket: usize) -> RecordText {
     let samples = page.record[0].values.len();
     RecordText {
-        samples: count(samples),
+        samples: samples.to_string(),
         signals: page.record.len(),
-        fresh: (page.fresh_from > 0 && page.fresh_from < samples).then(|| count(page.fresh_from)),
+        fresh: (page.fresh_from > 0 && page.fresh_from < samples).then(|| page.fresh_from.to_string()),
         bucket,
     }
 }
@@ -217,7 +223,7 @@ pub(crate) fn arm(arm: &ArmMotion) -> ArmText {
         motors: arm.qm.iter().any(|q| !q.is_empty()),
         torques: arm.tau.iter().any(|t| !t.is_empty()),
         cut: arm.q[0].len() > limits::ARM_SAMPLES,
-        samples: count(arm.q[0].len()),
+        samples: arm.q[0].len().to_string(),
     }
 }
 
@@ -343,21 +349,6 @@ pub(crate) fn number(v: f64, digits: usize) -> String {
     text.replace('-', "−")
 }
 
-/// A count for reading: thousands apart from 10 000 on.
-pub(crate) fn count(n: usize) -> String {
-    let digits = n.to_string();
-    if digits.len() < 5 {
-        return digits;
-    }
-    let groups: Vec<&str> = digits
-        .as_bytes()
-        .rchunks(3)
-        .rev()
-        .filter_map(|g| std::str::from_utf8(g).ok())
-        .collect();
-    groups.join("\u{202f}")
-}
-
 /// A p-value for reading: two digits, and not below 1e-6, since no distribution is known so exactly.
 fn p_value(p: f64) -> String {
     match p {
@@ -391,14 +382,6 @@ mod tests {
         for label in ["y", "y ()", "f(x)", "(m) y"] {
             assert_eq!(unit(label), None, "{label}");
         }
-    }
-
-    #[test]
-    fn counts_are_grouped_by_thousands() {
-        assert_eq!(count(0), "0");
-        assert_eq!(count(9_999), "9999");
-        assert_eq!(count(10_000), "10\u{202f}000");
-        assert_eq!(count(1_234_567), "1\u{202f}234\u{202f}567");
     }
 
     #[test]

@@ -155,7 +155,7 @@ impl Lines {
             level: self.level,
             kind,
             tone,
-            text: readable(&text),
+            text: with_joints(&readable(&text)),
         });
     }
 
@@ -224,6 +224,47 @@ fn filled(text: &str, columns: usize, first: &str, next: &str) -> String {
     textwrap::fill(text, options)
 }
 
+/// Units that stay with their numbers; also in quotients and powers of them.
+const UNITS: [&str; 20] = [
+    "%", "Hz", "kHz", "s", "ms", "us", "min", "h", "rad", "deg", "m", "mm", "kg", "N", "Nm", "V", "A", "W", "K",
+    "samples",
+];
+
+/// The text with marks in place of the blanks of "96.9 %", "0.5321 ± 0.0012 N m" and "slope = 4.004".
+fn with_joints(text: &str) -> String {
+    let mut joined = String::with_capacity(text.len());
+    let (mut before, mut follows_number) = ("", false);
+    for (i, word) in text.split(' ').enumerate() {
+        if i > 0 {
+            let sign = |word| word == "±" || word == "=";
+            let unit = follows_number && is_unit(word);
+            joined.push(if sign(word) || sign(before) || unit {
+                UNBROKEN
+            } else {
+                ' '
+            });
+            follows_number = unit;
+        }
+        // Several units may follow a number: N m.
+        follows_number |= is_number(word);
+        joined.push_str(word);
+        before = word;
+    }
+    joined
+}
+
+fn is_number(word: &str) -> bool {
+    let word = word.trim_start_matches(['(', '-', '<', '±']);
+    word.starts_with(|c: char| c.is_ascii_digit()) && word.ends_with(|c: char| c.is_ascii_digit())
+}
+
+fn is_unit(word: &str) -> bool {
+    let word = word.trim_end_matches([',', ';', ':', '.', ')']);
+    let mut parts = word.split(['/', '^']);
+    parts.next().is_some_and(|first| UNITS.contains(&first))
+        && parts.all(|part| UNITS.contains(&part) || part.chars().all(|c| c.is_ascii_digit()))
+}
+
 /// A text that stays on one line, as a number with its unit.
 pub fn unbroken(text: &str) -> String {
     text.replace(' ', &UNBROKEN.to_string())
@@ -260,6 +301,21 @@ mod tests {
              warning:            beware\n  \
              a row of a table that is not wrapped, however long it may be"
         );
+    }
+
+    #[test]
+    fn numbers_keep_their_errors_names_and_units() {
+        let mut lines = Lines::new();
+        lines.sentence("fit 96.9 %, slope = 4.0040 ± 0.0037 N m/rad; after 2 s it holds, up to 3 times");
+        let kept = ["96.9 %,", "slope = 4.0040 ± 0.0037 N m/rad;", "2 s"];
+        for columns in 40..80 {
+            let text = lines.wrapped(columns);
+            for kept in kept {
+                assert!(text.contains(kept), "{columns} columns:\n{text}");
+            }
+        }
+        let unjoined = lines.wrapped(40);
+        assert!(unjoined.lines().all(|line| line.chars().count() <= 40), "{unjoined}");
     }
 
     #[test]

@@ -216,7 +216,7 @@ pub fn nearly_all(share: f64) -> String {
 }
 
 /// A number to this many digits, without an exponent. Whole numbers keep all their digits.
-fn digits(value: f64, count: i32) -> String {
+pub fn digits(value: f64, count: i32) -> String {
     let size = value.abs();
     if !(size > 0.0 && size.is_finite()) {
         return format!("{value:.0}");

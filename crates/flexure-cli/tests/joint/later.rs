@@ -40,6 +40,8 @@ fn another_log_of_the_joint_judges_what_was_found() {
     );
     let page = folder.read("page.html");
     assert!(page.contains("reconstructed from the motion, on later.csv") && page.contains("It holds on later.csv"));
+    // The verdict's fit of the torque stands beside that of all frequencies, for both logs.
+    assert_eq!(page.matches("The verdict counts only frequencies up to").count(), 2);
 }
 
 #[test]

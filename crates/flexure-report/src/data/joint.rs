@@ -19,8 +19,10 @@ pub struct JointPage {
     pub warnings: Vec<String>,
     /// The estimated curves.
     pub curves: Vec<JointCurve>,
-    /// The physical parameters, one table per form.
+    /// The physical parameters of the forms that were kept, one table per form.
     pub tables: Vec<ParameterTable>,
+    /// The other forms that were tried, a row per form.
+    pub others: Option<Table>,
     /// Measured against reconstructed and simulated signals.
     pub motions: Vec<Comparison>,
     /// The results of several axes side by side, a row per axis.
@@ -81,4 +83,6 @@ pub struct Comparison {
     pub names: [&'static str; 2],
     /// The signals.
     pub prediction: Prediction,
+    /// What else is to be known of how near they are; empty if nothing.
+    pub remark: String,
 }

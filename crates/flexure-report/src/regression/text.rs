@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::payload::Payload;
 use crate::data::{Fact, RegressionPage};
-use crate::text::{ChoiceText, choices, count};
+use crate::text::{ChoiceText, choices};
 
 /// What the template shows as text, and which parts exist at all.
 #[derive(Serialize)]
@@ -72,6 +72,6 @@ fn points(outside: usize) -> Option<String> {
     match outside {
         0 => None,
         1 => Some("1 point lies".to_owned()),
-        n => Some(format!("{} points lie", count(n))),
+        n => Some(format!("{n} points lie")),
     }
 }

@@ -34,8 +34,6 @@ const SHOWN: [[&str; 3]; 3] = [
     ["g4", "Coulomb friction", "N m"],
     ["g6", "viscous friction", "N m s/rad"],
 ];
-/// The first tables of a joint's page: its stiffness and its friction, as an arm has them.
-const MODEL_TABLES: usize = 2;
 /// Columns of the log: torque, motor angle and link angle of a joint.
 const COLUMNS: [[&str; 3]; 2] = [["tau1", "qm1", "q1"], ["tau2", "qm2", "q2"]];
 
@@ -171,6 +169,7 @@ impl FreshRun {
                 fit_percent: fit.percent,
                 rms: fit.rms,
             },
+            remark: String::new(),
         }
     }
 }
@@ -250,8 +249,8 @@ impl BothJoints {
         lines.headline(
             Tone::Good,
             format!(
-                "Both joints of a space arm from its log: under torques that it has not seen, the identified arm fits the true one by \
-                 {first:.2} % and {second:.2} %"
+                "Both joints of a space arm from its log. On new torques, the identified arm moves like the true one: fit {first:.2} % \
+                 (shoulder), {second:.2} % (elbow)"
             ),
         );
         let apart = decimal(log.sample_time);
@@ -324,18 +323,15 @@ impl BothJoints {
         for (curves, joint) in page.curves.chunks_mut(curves).zip(&self.truth.joints) {
             lay_over_truth(curves, joint);
         }
+        page.others = None;
         let tables = page.tables.len() / NAMES.len();
         let tables = std::mem::take(&mut page.tables)
             .chunks(tables)
             .map(<[_]>::to_vec)
             .collect::<Vec<_>>();
         for (tables, joint) in tables.into_iter().zip(&self.truth.joints) {
-            page.tables.extend(
-                tables
-                    .into_iter()
-                    .take(MODEL_TABLES)
-                    .map(|table| with_truth(table, joint)),
-            );
+            page.tables
+                .extend(tables.into_iter().map(|table| with_truth(table, joint)));
         }
         page.motions.splice(0..0, [0, 1].map(|joint| fresh.comparison(joint)));
         flexure_report::render_joint(&page).context("the report")

@@ -61,8 +61,9 @@ pub struct LaterTorque {
     own: Fit,
     /// The share of samples at velocities that the log of the fit did not visit.
     unseen: f64,
-    /// Hz.
+    /// Of this log and of the log of the fit, Hz.
     cut_off: f64,
+    own_cut_off: f64,
 }
 
 impl Trial {
@@ -99,6 +100,7 @@ impl Later {
                     fit: in_band(axis, needed),
                     own: in_band(&joint.log().axes[0], &own[0]),
                     cut_off: needed.cut_off,
+                    own_cut_off: own[0].cut_off,
                     needed: needed.torque.clone(),
                     unseen: needed.unseen,
                 })
@@ -217,6 +219,25 @@ impl LaterTorque {
         let [share, own] = [self.fit, self.own].map(|fit| 1.0 - fit.percent / 100.0);
         share <= (GROWN * own).max(SMALL)
     }
+
+    /// The fit that the verdict counts, as a sentence.
+    pub fn in_band(&self, units: &Units) -> String {
+        band_text(self.cut_off, self.fit, units)
+    }
+
+    /// The same on the log of the fit.
+    pub fn own_in_band(&self, units: &Units) -> String {
+        band_text(self.own_cut_off, self.own, units)
+    }
+}
+
+fn band_text(cut_off: f64, fit: Fit, units: &Units) -> String {
+    format!(
+        "The verdict counts only frequencies up to {} Hz, as the motion says nothing of the {} above: fit {:.1} %.",
+        number(cut_off),
+        units.effort,
+        fit.percent
+    )
 }
 
 /// How near the needed torque of an axis is to the recorded one, up to the cut-off of the motion.

@@ -8,6 +8,7 @@ mod axes;
 mod chain;
 mod curves;
 mod flexible;
+mod forms;
 mod later;
 mod log;
 mod outcome;

@@ -83,6 +83,17 @@ impl<'a> Outcome<'a> {
         (word, self.fault().is_none())
     }
 
+    /// Whether there are forms of stiffness, beside those of friction.
+    fn has_stiffness(&self) -> bool {
+        self.joints.iter().any(|forms| forms.len() > 1)
+    }
+
+    /// The largest distance of a form from its free curve.
+    fn distance(&self) -> String {
+        let distances = self.joints.iter().flatten().map(|form| form.lack_of_fit.distance);
+        percent(distances.fold(0.0, f64::max))
+    }
+
     fn tone(&self) -> Tone {
         match self.fault() {
             Some(Fault::RunsAway | Fault::NotSimulated) => Tone::Bad,
@@ -122,17 +133,27 @@ impl<'a> Outcome<'a> {
         let later = self
             .later
             .map_or(String::new(), |later| format!("; {}", later.outcome()));
+        let off = match self.fault() {
+            Some(Fault::RefutedForm) if self.has_stiffness() => format!(
+                "; its best stiffness and friction forms differ from the measured curves by up to {}",
+                self.distance()
+            ),
+            Some(Fault::RefutedForm) => format!(
+                "; its best friction form differs from the measured curve by {}",
+                self.distance()
+            ),
+            _ => String::new(),
+        };
         lines.headline(
             self.tone(),
-            format!("{what}{doubts}: {inertia}; {}{later}", self.motion()),
+            format!("{what}{doubts}: {inertia}; {}{later}{off}", self.motion()),
         );
     }
 
     /// The same content, as the verdict of the page.
     pub fn verdict(&self) -> Verdict {
         let fault = self.fault();
-        let has_stiffness = self.joints.iter().any(|forms| forms.len() > 1);
-        let (forms, are) = match has_stiffness {
+        let (forms, are) = match self.has_stiffness() {
             true => ("the forms of stiffness and friction", "are"),
             false => ("the form of the friction", "is"),
         };
@@ -142,13 +163,10 @@ impl<'a> Outcome<'a> {
             Some(Fault::PoorMotion) => "The simulated motion is far from the measured one".to_owned(),
             Some(Fault::Doubtful) => "The log does not tell what was found well enough to be trusted".to_owned(),
             Some(Fault::OtherLog) => "What was found does not hold on the other log".to_owned(),
-            Some(Fault::RefutedForm) => {
-                let distances = self.joints.iter().flatten().map(|form| form.lack_of_fit.distance);
-                let distance = percent(distances.fold(0.0, f64::max));
-                capitalised(&format!(
-                    "{forms} {are} {distance} off the free curve, more than its error"
-                ))
-            }
+            Some(Fault::RefutedForm) => capitalised(&format!(
+                "{forms} {are} {} off the free curve, more than its error",
+                self.distance()
+            )),
             None => format!("Nothing refutes {forms}"),
         };
         let motion = match fault {

@@ -1,21 +1,16 @@
 //! A joint as the page that shows it.
 
 use flexure::bands::Band;
-use flexure::identify::robot_joint::{
-    Estimated, Finding, Fitted, FlexibleAxis, IdentifiedCurve, RigidAxis, TwoLinkArm,
-};
-use flexure_report::data::{
-    Axis, Comparison, Fact, JointCurve, JointPage, Nonlinearity, ParameterTable, Prediction, Scatter,
-};
+use flexure::identify::robot_joint::{Estimated, Finding, Fitted, FlexibleAxis, RigidAxis, TwoLinkArm};
+use flexure_report::data::{Axis, Comparison, Fact, JointCurve, JointPage, Nonlinearity, Prediction, Scatter};
 
 use super::chain::OfChain;
 use super::curves::{gaps_caption, with_gaps};
-use super::flexible::{at_motor, forms};
+use super::flexible::forms;
+use super::forms::{ALONE, alone, others, table, tables};
 use super::outcome::Outcome;
 use super::simulation::Fit;
-use super::text::{
-    Constant, Units, constants, formula, inertia_text, lack_text, parameter_rows, titled, typeset, with_error,
-};
+use super::text::{Constant, Units, constants, titled, typeset, with_error};
 use super::{Log, Motion, Trial};
 use crate::plots::{banded, median};
 use crate::text::{capitalised, decimal, number};
@@ -41,7 +36,7 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, trial: &Trial) -> Joint
         subtitle: subtitle("Friction and inertia", log),
         verdict: Some(Outcome::new(trial, [vec![best]], &axis.findings).verdict()),
         facts: vec![
-            inertia("Inertia", axis.inertia, units.inertia()),
+            inertia("Inertia beside the free curve", axis.inertia, units.inertia()),
             Fact::new("Distance of the best form", distance, from),
             samples(log),
         ]
@@ -59,7 +54,16 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, trial: &Trial) -> Joint
             curve(&axis.friction.band, [&labels[0], &labels[1]], |v| best.torque(v), best),
             Scatter::new(&axis.friction.x[..], &axis.friction.partial[..]),
         )],
-        tables: axis.friction.by_bic().into_iter().map(|f| table(f, units)).collect(),
+        tables: vec![table(best, units)],
+        others: others(
+            "Other forms that were tried",
+            axis.friction
+                .by_bic()
+                .into_iter()
+                .skip(1)
+                .map(|form| (titled(form), form)),
+            units,
+        ),
         motions: comparisons(log, 0, &axis.reconstructed, trial, units, ""),
         ..JointPage::default()
     }
@@ -85,6 +89,7 @@ pub fn flexible(axis: &FlexibleAxis, log: &Log, trial: &Trial) -> JointPage {
         warnings: warnings(&axis.link.findings).chain(advice(trial)).collect(),
         curves: joint_curves(axis, ""),
         tables: tables(axis, &units, "").collect(),
+        others: others(ALONE, alone(axis, ""), &units),
         motions: comparisons(log, 0, &axis.link.reconstructed, trial, &units, ""),
         ..JointPage::default()
     }
@@ -115,25 +120,9 @@ pub fn two_link(arm: &TwoLinkArm, log: &Log, trial: &Trial) -> JointPage {
         page.motions
             .extend(comparisons(log, i, &axis.link.reconstructed, trial, &units, &of));
     }
+    let of_joint = |(i, axis)| alone(axis, &format!("joint {}: ", i + 1)).collect::<Vec<_>>();
+    page.others = others(ALONE, arm.joints.iter().enumerate().flat_map(of_joint), &units);
     page
-}
-
-/// The forms of a joint: those of the model, then each by itself; `of` begins their headings.
-fn tables(axis: &FlexibleAxis, units: &Units, of: &str) -> impl Iterator<Item = ParameterTable> {
-    let model = [&axis.model.stiffness, &axis.model.friction];
-    let alone = [&axis.stiffness, &axis.link.friction]
-        .into_iter()
-        .flat_map(IdentifiedCurve::by_bic);
-    let of_motor = axis.motor_friction.iter().flat_map(IdentifiedCurve::by_bic);
-    let forms = model.map(|f| (f, "")).into_iter().chain(at_motor(axis));
-    let forms = forms.map(|(form, place)| (form, place, ", all equations together"));
-    forms
-        .chain(alone.map(|f| (f, "", "")))
-        .chain(of_motor.map(|f| (f, ", at the motor", "")))
-        .map(move |(form, place, how)| ParameterTable {
-            heading: capitalised(&format!("{of}{}{place}{how}", form.form.title())),
-            ..table(form, units)
-        })
 }
 
 fn constant(constant: Constant) -> Fact {
@@ -177,8 +166,8 @@ fn joint_curves(axis: &FlexibleAxis, of: &str) -> Vec<JointCurve> {
     let stiffness_curve = known.then(|| {
         JointCurve::new(
             format!("Stiffness{of}"),
-            "The stiffness k(d) = κ(d)/d with its band, drawn where the band is narrow. A dip at zero is a soft wind-up. Near zero \
-             the torque is too small to show it.",
+            "The stiffness k(d) = κ(d)/d with its band, A dip at zero is a soft wind-up. Where the torque is too small to tell, \
+             nothing is drawn.",
             secant,
             Scatter::default(),
         )
@@ -198,7 +187,7 @@ fn joint_curves(axis: &FlexibleAxis, of: &str) -> Vec<JointCurve> {
         JointCurve::new(
             format!("Friction{of}"),
             format!(
-                "The elastic torque less that which accelerates the link, over the link's velocity, with the free curve and its band.{}",
+                "Friction over velocity: the elastic torque minus the torque that accelerates the link.{}",
                 gaps_caption(&axis.link.friction.band)
             ),
             curve(
@@ -296,43 +285,36 @@ fn without_wide_band(mut curve: Nonlinearity) -> Nonlinearity {
     curve
 }
 
-fn table(form: &Fitted, units: &Units) -> ParameterTable {
-    let mut rows = vec![["formula".to_owned(), typeset(&formula(form))]];
-    if form.inertia.value.is_finite() {
-        rows.push(["inertia".to_owned(), typeset(&inertia_text(form.inertia, units))]);
-    }
-    rows.extend(parameter_rows(form, units).map(|(symbols, value)| [symbols.join(", "), typeset(&value)]));
-    ParameterTable {
-        heading: titled(form),
-        rows,
-        note: lack_text(form),
-    }
-}
-
 /// The torque of axis `i`, and its simulated motions with the measured ones; then the same on another log. `of` is the axis's name in the
 /// headings.
 fn comparisons(log: &Log, i: usize, reconstructed: &[f64], trial: &Trial, units: &Units, of: &str) -> Vec<Comparison> {
     let later = trial.later.as_ref();
     let on_later = later.map(|later| {
-        let torque = later.torque.as_ref().map(|torque| &torque.needed[..]);
+        let torque = later.torque.as_ref();
+        let torque = torque.map(|torque| (&torque.needed[..], torque.in_band(units)));
         let on = format!(", on {}", later.log.name);
         with_motions(&later.log, i, torque, &later.motions, units, [of, &on])
     });
-    let own = with_motions(log, i, Some(reconstructed), &trial.motions, units, [of, ""]);
+    let in_band = later.and_then(|later| later.torque.as_ref());
+    let in_band = in_band.map_or_else(String::new, |torque| torque.own_in_band(units));
+    let torque = Some((reconstructed, in_band));
+    let own = with_motions(log, i, torque, &trial.motions, units, [of, ""]);
     own.into_iter().chain(on_later.into_iter().flatten()).collect()
 }
 
-/// The torque of axis `i` of a log where it is known, and its simulated motions; `of` and `on` are the axis and the log in the headings.
+/// The torque of axis `i` of a log, with a remark, where it is known, and its simulated motions; `of` and `on` are the axis and the log in
+/// the headings.
 fn with_motions(
     log: &Log,
     i: usize,
-    torque: Option<&[f64]>,
+    torque: Option<(&[f64], String)>,
     motions: &[Motion],
     units: &Units,
     [of, on]: [&str; 2],
 ) -> Vec<Comparison> {
-    let torque = torque.map(|torque| {
-        comparison(
+    let torque = torque.map(|(torque, remark)| Comparison {
+        remark,
+        ..comparison(
             log,
             format!(
                 "{}{of}: measured against reconstructed from the motion{on}",
@@ -384,5 +366,6 @@ fn comparison(
             fit_percent: fit.percent,
             rms: fit.rms,
         },
+        remark: String::new(),
     }
 }

@@ -207,14 +207,14 @@ fn polished_text(polished: &Polished, units: &Units) -> String {
     let [before, after] = polished.error.map(number);
     let [held_back, polished_held_back] = polished.held_back.map(number);
     let unit = units.position;
+    let lowered = format!("fitting the simulated motion too lowered its error from {before} to {after} {unit}");
     if !polished.is_used {
-        let gain = match polished.held_back {
-            [before, after] if after > before => "worse",
-            _ => "hardly better",
+        let but = match polished.held_back {
+            [before, after] if after > before => "raised it",
+            _ => "hardly changed it:",
         };
         return format!(
-            "by the error of its free run, {before} -> {after} {unit}; on halves that were held back {held_back} -> \
-             {polished_held_back} {unit}, {gain}: not used"
+            "{lowered}, but {but} from {held_back} to {polished_held_back} {unit} on data held back: not used"
         );
     }
     let form = &polished.form;
@@ -234,8 +234,8 @@ fn polished_text(polished: &Polished, units: &Units) -> String {
         ),
     };
     format!(
-        "by the error of its free run, {before} -> {after} {unit}: {}; {differs}; on halves that were held back {held_back} -> \
-         {polished_held_back} {unit}, and the motion is simulated with these values",
+        "{lowered}, and from {held_back} to {polished_held_back} {unit} on data held back, so the motion is simulated with the new \
+         values: {}; {differs}",
         each.collect::<Vec<_>>().join(", "),
     )
 }

@@ -2,7 +2,7 @@
 
 use flexure::Record;
 use flexure::identify::robot_joint::{Estimated, Finding, Fitted, Parameter, REFUTED, TwoLinkArm};
-use flexure::text::{p_value, percent};
+use flexure::text::{digits, joined, p_value, percent};
 use serde_json::{Value, json};
 
 use super::simulation::Fit;
@@ -114,19 +114,28 @@ pub fn parameter_text(parameter: &Parameter, unit: &str) -> String {
 }
 
 /// The value of a parameter for reading, or what is known about it.
-pub fn parameter_value(parameter: &Parameter, unit: &str) -> String {
-    if parameter.identifiable {
-        return format!("{} {unit}", with_error(estimate(parameter)));
+fn parameter_value(parameter: &Parameter, unit: &str) -> String {
+    match parameter.identifiable {
+        true => format!("{} {unit}", with_error(estimate(parameter))),
+        false => not_identifiable(parameter) + &possible_values(parameter, unit),
     }
+}
+
+fn not_identifiable(parameter: &Parameter) -> String {
+    format!("not identifiable: {}", parameter.remark)
+}
+
+/// The values that a parameter may have, as a further part of a sentence; empty if it may have any.
+fn possible_values(parameter: &Parameter, unit: &str) -> String {
     let [low, high] = parameter.range;
-    let range = match (low.is_finite(), high.is_finite()) {
-        (true, true) => format!("the data support {} to {} {unit}", number(low), number(high)),
-        (true, false) => format!("the data support any value above {} {unit}", number(low)),
-        (false, true) => format!("the data support any value below {} {unit}", number(high)),
-        (false, false) if parameter.standard_error.is_finite() => "the data support any value".to_owned(),
-        (false, false) => format!("the best fit has {} {unit}", number(parameter.value)),
-    };
-    format!("not identifiable: {}; {range}", parameter.remark)
+    let symbol = &parameter.symbol;
+    match (low.is_finite(), high.is_finite()) {
+        (true, true) => format!("; {symbol} may be {} to {} {unit}", digits(low, 3), digits(high, 3)),
+        (true, false) => format!("; {symbol} may be any value above {} {unit}", number(low)),
+        (false, true) => format!("; {symbol} may be any value below {} {unit}", number(high)),
+        (false, false) if parameter.standard_error.is_finite() => String::new(),
+        (false, false) => format!("; the best fit has {symbol} = {} {unit}", number(parameter.value)),
+    }
 }
 
 /// The title of a form, with a capital letter at the start.
@@ -162,19 +171,25 @@ pub fn write_parameters(form: &Fitted, units: &Units, lines: &mut Lines) {
     }
 }
 
-/// What is known about the parameters of a form: first those that the data determine. Parameters with the same text share a row.
-pub fn parameter_rows<'a>(form: &'a Fitted, units: &Units) -> impl Iterator<Item = (Vec<&'a str>, String)> {
+/// What is known about the parameters of a form: first those that the data determine. The others share a row where the reason is the same.
+pub fn parameter_rows<'a>(form: &'a Fitted, units: &Units) -> Vec<(Vec<&'a str>, String)> {
     let unit = |p: &Parameter| units.of_curve(p.unit, form.form.is_stiffness());
-    let mut rows: Vec<(Vec<&str>, String)> = Vec::new();
     let (known, unknown): (Vec<_>, Vec<_>) = form.parameters.iter().partition(|p| p.identifiable);
-    for p in known.into_iter().chain(unknown) {
-        let text = parameter_value(p, &unit(p));
-        match rows.iter_mut().find(|(_, other)| !p.identifiable && *other == text) {
-            Some((symbols, _)) => symbols.push(&p.symbol),
-            None => rows.push((vec![&p.symbol], text)),
+    let known = known
+        .into_iter()
+        .map(|p| (vec![&*p.symbol], parameter_value(p, &unit(p))));
+    let mut rows: Vec<(Vec<&str>, String)> = known.collect();
+    for p in unknown {
+        let (reason, values) = (not_identifiable(p), possible_values(p, &unit(p)));
+        match rows.iter_mut().find(|(_, text)| text.starts_with(&reason)) {
+            Some((symbols, text)) => {
+                symbols.push(&p.symbol);
+                text.push_str(&values);
+            }
+            None => rows.push((vec![&p.symbol], reason + &values)),
         }
     }
-    rows.into_iter()
+    rows
 }
 
 /// A refuted form farther from the free curve than this many times the nearest of the list is named without its parameters. Convention.
@@ -186,10 +201,12 @@ pub fn write_others(heading: &str, forms: &[&Fitted], units: &Units, lines: &mut
     let nearest = forms.iter().map(|form| distance(form)).fold(f64::INFINITY, f64::min);
     let is_far_off = |form: &Fitted| is_refuted(form) && distance(form) > FAR_OFF * nearest;
     let elsewhere = match forms.iter().any(|form| is_far_off(form)) {
-        true => "; --json and the page have the parameters of those that are far off",
+        true => ". For forms far from the curve, see the page or --json.",
         false => "",
     };
-    lines.sentence(format!("{heading}, smallest BIC first{elsewhere}"));
+    lines.sentence(format!(
+        "{heading}, smallest BIC first; tested at the level {REFUTED:e}{elsewhere}"
+    ));
     lines.deeper(|lines| {
         for form in forms {
             lines.sentence(format!("{}: {}", titled(form), lack_text(form)));
@@ -201,21 +218,21 @@ pub fn write_others(heading: &str, forms: &[&Fitted], units: &Units, lines: &mut
 }
 
 /// The inertia of a form where it has its own, and its parameters.
-fn parameters_in_a_row(form: &Fitted, units: &Units) -> String {
+pub fn parameters_in_a_row(form: &Fitted, units: &Units) -> String {
     let inertia = form.inertia;
     let mass = inertia.value.is_finite();
     let mass = mass.then(|| match inertia.is_positive() {
         true => format!("M = {} {}", with_error(inertia), units.inertia()),
         false => "M not identifiable".to_owned(),
     });
-    let parameters = form.parameters.iter().map(|p| match p.identifiable {
-        true => {
-            let unit = units.of_curve(p.unit, form.form.is_stiffness());
-            format!("{} = {} {unit}", p.symbol, with_error(estimate(p)))
-        }
-        false => format!("{} not identifiable", p.symbol),
+    let (known, unknown): (Vec<_>, Vec<_>) = form.parameters.iter().partition(|p| p.identifiable);
+    let known = known.into_iter().map(|p| {
+        let unit = units.of_curve(p.unit, form.form.is_stiffness());
+        format!("{} = {} {unit}", p.symbol, with_error(estimate(p)))
     });
-    let each = mass.into_iter().chain(parameters);
+    let unknown: Vec<&str> = unknown.iter().map(|p| &*p.symbol).collect();
+    let unknown = (!unknown.is_empty()).then(|| format!("{} not identifiable", joined(&unknown)));
+    let each = mass.into_iter().chain(known).chain(unknown);
     let each: Vec<String> = each.map(|text| unbroken(&text)).collect();
     each.join(", ")
 }
@@ -227,9 +244,6 @@ pub fn lack_text(form: &Fitted) -> String {
     let p = unbroken(&p_value(lack.p_value));
     match is_refuted(form) {
         true => format!("{distance} from the free curve, refuted ({p})"),
-        false if lack.p_value < SMALL => {
-            format!("{distance} from the free curve, not refuted ({p}, level {REFUTED:e})")
-        }
         false => format!("{distance} from the free curve, not refuted ({p})"),
     }
 }
@@ -267,8 +281,6 @@ pub fn fitted_json(form: &Fitted, units: &Units) -> Value {
 pub const RUN_AWAY: f64 = -1000.0;
 /// A fit below this, in percent, is poor: the error is a fifth of the measured motion's spread. Convention.
 pub const POOR: f64 = 80.0;
-/// Probabilities below this seem to refute at a usual level: the level of the test is then named.
-const SMALL: f64 = 0.05;
 
 /// How near a simulated motion is to the measured one.
 pub fn nearness(fit: Fit, unit: &str) -> String {

@@ -204,6 +204,7 @@ impl Outcome {
                 fit_percent: measures.fit_percent,
                 rms: measures.rms,
             },
+            remark: self.judged.text(),
         })
     }
 }

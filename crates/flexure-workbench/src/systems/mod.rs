@@ -23,6 +23,7 @@ pub use page::{Decoration, Truth, arm_motion, score_curve};
 pub use periods::{Periodic, period};
 pub use prediction::{Ahead, FreeRun, Outside, Start, columns, predict, simulate};
 pub use streamed::{Fitted, Streamed};
+pub use summary::tone;
 pub use task::{Identified, Task, check};
 pub use validation::{Judged, Judging};
 

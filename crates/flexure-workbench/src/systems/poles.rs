@@ -99,7 +99,7 @@ pub fn roots_text(list: Option<Vec<Complex<f64>>>) -> String {
         return "not found".to_owned();
     };
     let each = list.iter().filter(|z| z.im >= 0.0).map(|z| match z.im {
-        im if im > 0.0 => unbroken(&format!("{} ± {}i", number(z.re), number(im))),
+        im if im > 0.0 => unbroken(&format!("{} + {}i and conjugate", number(z.re), number(im))),
         _ => number(z.re),
     });
     let each: Vec<String> = each.collect();
@@ -192,6 +192,9 @@ mod tests {
         assert_eq!(roots_text(None), "not found");
         assert_eq!(roots_text(Some(Vec::new())), "none");
         let list = vec![z(0.5, 0.25), z(0.5, -0.25), z(-2.0, 0.0)];
-        assert_eq!(roots_text(Some(list)), "0.5000\u{a0}±\u{a0}0.2500i, -2.000");
+        assert_eq!(
+            roots_text(Some(list)),
+            "0.5000\u{a0}+\u{a0}0.2500i\u{a0}and\u{a0}conjugate, -2.000"
+        );
     }
 }

@@ -118,15 +118,20 @@ impl Ahead {
     pub fn new(model: &ModelFile, run: &FreeRun, measured: &[f64], horizon: usize) -> Result<Self> {
         let noise = model.noise_model.as_deref().unwrap_or_default();
         let samples = if horizon == 1 { "sample" } else { "samples" };
-        let why = match &model.noise_model {
-            Some(_) if noise.len() > 1 => format!("by the noise model, an autoregression of order {}", noise.len() - 1),
-            Some(_) => "the error was found white: the same as the free run".to_owned(),
-            None => "the free run, as the model says nothing of its noise".to_owned(),
+        let description = match &model.noise_model {
+            Some(_) if noise.len() > 1 => format!(
+                "predicted {horizon} {samples} ahead, by the noise model, an autoregression of order {}",
+                noise.len() - 1
+            ),
+            Some(_) => format!("the noise is white, so a {horizon}-sample prediction equals the free run"),
+            None => {
+                format!("the model says nothing of its noise, so a {horizon}-sample prediction equals the free run")
+            }
         };
         Ok(Ahead {
             output: predict_ahead(&run.output, measured, noise, horizon)?,
             noise: noise.len() > 1,
-            description: format!("predicted {horizon} {samples} ahead, {why}"),
+            description,
         })
     }
 }

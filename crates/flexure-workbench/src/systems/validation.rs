@@ -168,7 +168,7 @@ impl Judged {
     }
 
     /// The verdict in sentences; on the record that the model was identified from, the word "fresh" is not used.
-    fn text(&self) -> String {
+    pub fn text(&self) -> String {
         let text = self.verdict.text();
         match self.seen {
             true => text

@@ -183,9 +183,7 @@ pub(super) fn start_details(start: &str, prepared: &Prepared, paths: &[Path]) ->
                 .map(|g| format!("{} in the {}", g.order(), b.title.to_lowercase()))
         })
         .collect();
-    let note = format!(
-        "{start}; then poles and numerator coefficients added and taken away while Schwarz's criterion of the free-run error falls"
-    );
+    let note = format!("{start}. Then poles and zeros are added or removed while that improves Schwarz's criterion");
     vec![
         Detail::new("start", start),
         Detail::new("approximations", list)

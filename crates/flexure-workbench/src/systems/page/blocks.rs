@@ -110,8 +110,11 @@ impl Drawing<'_> {
             }
             BlockKind::Feedback(own) => {
                 let run = own.model.run(&entering);
-                let labels = ["what enters the nonlinearity", "output of the nonlinearity"].map(str::to_owned);
-                let curve = curve(&own.nonlinearity, labels, &run.entering[..self.shown]);
+                let curve = curve(
+                    &own.nonlinearity,
+                    closed_loop::labels(identified),
+                    &run.entering[..self.shown],
+                );
                 self.curves.push(TitledCurve { title, curve });
                 self.drawn
                     .linear

@@ -2,7 +2,7 @@
 
 use flexure::identify::Identification;
 use flexure::identify::result::{Place, Score, Shown, StaticBlock, Value, Values};
-use flexure::text::{counted, decimal, fit, number, short};
+use flexure::text::{capitalised, counted, decimal, fit, number, short};
 use flexure_report::data::{Choice, Fact, ScoreCurve, Table};
 
 use crate::systems::poles::{NONE, poles_text};
@@ -146,8 +146,8 @@ pub(super) fn choices(result: &Identification) -> Vec<Choice> {
                 true => format!("{}, {}", block.title, result.path_title(i)),
                 false => block.title.clone().into_owned(),
             };
-            let why = "smallest Schwarz criterion; breakpoints are dense where the curve bends, kinks where very strong evidence asks \
-                       for them";
+            let why = "Smallest Schwarz criterion. Breakpoints are dense where the curve bends, kinks are where very strong evidence asks \
+                       for them.";
             all.push(Choice {
                 curve: by_pieces(result, curve.pieces()),
                 ..Choice::new(name, &curve.description, why)
@@ -160,8 +160,18 @@ pub(super) fn choices(result: &Identification) -> Vec<Choice> {
 fn choice(shown: &Shown) -> Choice {
     Choice {
         curve: shown.scores.clone().map(score_curve),
-        ..Choice::new(&shown.title, &shown.text, &shown.note)
+        ..Choice::new(&shown.title, &shown.text, sentence(&shown.note))
     }
+}
+
+/// A note as a sentence, or several.
+fn sentence(note: &str) -> String {
+    let end = if note.is_empty() || note.ends_with('.') {
+        ""
+    } else {
+        "."
+    };
+    format!("{}{end}", capitalised(note))
 }
 
 /// Scores as the page draws them.
@@ -243,11 +253,8 @@ pub(super) fn tried(result: &Identification) -> Option<Table> {
     }
     // At its end, the search takes the dependence of the errors into account.
     let choice = match shown.first().is_some_and(is_chosen) {
-        true => "The one of smallest Schwarz criterion was chosen.",
-        false => {
-            "The marked one was chosen at the end of the search, where the criterion takes account of the errors' dependence; those \
-             above it were judged before, and their criteria cannot be compared with it."
-        }
+        true => "Chosen: the smallest Schwarz criterion.",
+        false => "The marked one was chosen. The rows above come from an earlier stage and have another criterion.",
     };
     // A value that is zero in all of them was no choice.
     let varies = |name: &str| {
@@ -273,8 +280,8 @@ pub(super) fn tried(result: &Identification) -> Option<Table> {
     Some(Table {
         title: "Structures that were tried".to_owned(),
         text: format!(
-            "{} fits were made in all, most of them on the beginning of the record; these are the best {} of {} structures that were \
-             fitted to all {} samples that count. {choice}",
+            "The best {1} of {2} structures that were fitted to all {3} samples. {choice} {0} fits were made in all, most of them on \
+             the beginning of the record.",
             result.tried.len(),
             shown.len(),
             all.len(),

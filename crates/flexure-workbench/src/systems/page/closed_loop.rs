@@ -1,12 +1,13 @@
 //! A loop as the page draws it: the dynamics of the whole loop, and a table of its linear part.
 
-use flexure::identify::result::{FeedbackBlock, LoopPart};
+use flexure::identify::result::{Detail, FeedbackBlock, LoopPart, Value};
 use flexure::text::{capitalised, number};
 use flexure_report::data::{LinearPart, Table};
 
 use super::blocks::linear;
 use crate::systems::poles::{poles_text, roots_text};
 use crate::systems::summary::{linear_text, way};
+use crate::systems::task::Identified;
 
 /// The whole loop from input to output, once for small and once for large amplitudes.
 pub(super) fn whole(own: &FeedbackBlock, sample_time: Option<f64>) -> impl Iterator<Item = LinearPart> {
@@ -18,6 +19,32 @@ pub(super) fn whole(own: &FeedbackBlock, sample_time: Option<f64>) -> impl Itera
         ),
         ..linear(part.title, &part.block, sample_time)
     })
+}
+
+/// The axes of the nonlinearity: what enters it and its output, as far as the identification says what they are.
+pub(super) fn labels(identified: &Identified) -> [String; 2] {
+    let (result, labels) = (&identified.result, &identified.labels);
+    let output = &result.output;
+    let has = |key, value: &str| {
+        let same = |detail: &&Detail| detail.key == key && detail.value == Value::from(value);
+        result.details.iter().find(same).is_some()
+    };
+    let in_unit = |name: &str, column: &str| match labels.unit(column) {
+        "" => format!("{name}, in the unit of {column}"),
+        unit => format!("{name} ({unit})"),
+    };
+    let entering = match () {
+        () if has("entering", "output") => labels.of(output),
+        () if has("entering", "difference") => in_unit(&format!("change of {output} in a sample"), output),
+        () if has("entering", "hidden") => "hidden signal, scaled to unit variance".to_owned(),
+        () => "what enters the nonlinearity".to_owned(),
+    };
+    let leaving = match &result.inputs[..] {
+        [input] if has("convention", "holding-input") => in_unit("output of the nonlinearity", input),
+        _ if has("convention", "no-tangent") => in_unit("output of the nonlinearity", output),
+        _ => "output of the nonlinearity".to_owned(),
+    };
+    [entering, leaving]
 }
 
 /// The linear part alone: one denominator, and a numerator for each way through it.

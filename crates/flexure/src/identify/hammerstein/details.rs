@@ -24,13 +24,14 @@ pub(super) fn given_or(given: bool, why: &str) -> &str {
 pub(super) fn of_order(order: &ChosenOrder, given: bool, error: &str) -> Vec<Detail> {
     let (orders, scores): (Vec<usize>, Vec<f64>) = order.scores.iter().map(|s| (s.order, s.bic)).unzip();
     let least = order.scores.iter().min_by(|a, b| a.bic.total_cmp(&b.bic));
-    let mut why = format!("smallest Schwarz criterion of the {error} on the fit's samples");
-    if let Some(least) = least.filter(|least| least.order != order.order) {
-        why += &format!(
-            ", which is {}; then changed, as another fits the samples better",
-            least.order
-        );
-    }
+    let smallest = format!("smallest Schwarz criterion of the {error} on the fit's samples");
+    let why = match least.filter(|least| least.order != order.order) {
+        Some(least) => format!(
+            "order {} has the {smallest}. Order {} was taken, as it fits the samples better",
+            least.order, order.order
+        ),
+        None => smallest,
+    };
     let labels = ["order", "Schwarz's criterion"];
     let curve = (orders.len() > 1).then(|| Score::of_numbers(labels, &orders, scores.clone(), order.order));
     let values = Values::new([("order", orders.into()), ("bic", scores.into())]);

@@ -242,8 +242,7 @@ fn collinear(parameters: &mut [Parameter]) {
     for parameter in parameters.iter_mut().filter(|p| group.contains(&p.symbol.as_str())) {
         if parameter.identifiable || alike {
             parameter.identifiable = false;
-            parameter.remark =
-                "g1, g2, g3 and g5 can be traded for each other: only the curve is determined".to_owned();
+            parameter.remark = "only the curve is determined, not g1, g2, g3 and g5 one by one".to_owned();
         }
         // For similar terms, the profile is that of their sum.
         if alike {

@@ -70,7 +70,7 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     let mut paths = paths_of(&found.system)?;
     add_errors(&mut paths, &found.system, &prepared.data, paths_of);
     let run = Run::new(&samples, paths[0].model(0.0), paths, found.system.degrees())?;
-    let why = "poles, numerator coefficients and delay added and taken away while Schwarz's criterion of the free-run error falls";
+    let why = "poles, zeros and delay are added or removed while that improves Schwarz's criterion";
     let order = run.paths[0].order().to_string();
     Ok(Identification {
         tried: found.tried.iter().map(Tried::ends).collect(),

@@ -151,15 +151,12 @@ fn blocks(system: &LinearSystem, gains: &[f64], covariance: Option<&[f64]>) -> R
 /// How the orders were chosen.
 fn details(found: &Search, levels: Option<Vec<f64>>) -> Vec<Detail> {
     let orders = &found.system.orders;
-    let note = format!(
-        "the smallest model whose free run predicts the held-back samples as well as the best one's; fitted by the {}",
-        found.criterion.name()
-    );
+    let note = "the smallest order that predicts held-back data as well as the best order";
     let list: Vec<Values> = found.tried.iter().map(entry).collect();
     let others = vec![
         Detail::new("criterion", found.criterion.name()),
         Detail::new("candidates", list)
-            .shown(Place::Choice, "Poles", orders.order().to_string(), &note)
+            .shown(Place::Choice, "Poles", orders.order().to_string(), note)
             .scored(Some(score(found))),
         Detail::new("nonlinearity", Value::None).unsaved(),
     ];

@@ -84,11 +84,11 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
             percent: 100.0 * prepared.explained(),
         });
     }
-    let start = "those of the best linear approximation, shared out in every way";
+    let start = "the poles of the best linear model, divided between both parts in every way";
     let mut details = start_details(start, prepared, &run.paths);
     details.extend(acts_between.then(|| {
-        let why = "the nonlinearity acts between the samples too: a second branch, with the same nonlinearity and the same poles, adds to \
-                   the output; chosen by Schwarz's criterion";
+        let why =
+            "the curve also acts halfway between samples. A second branch with the same curve and poles describes this";
         Detail::sentence(Place::ChoiceAndText, "Between the samples", "2 instants", why)
     }));
     Ok(Identification {

@@ -96,9 +96,9 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     let mut paths = paths_of(&found.system)?;
     add_errors(&mut paths, &found.system, &prepared.data, paths_of);
     let start = match from {
-        WienerStart::LinearApproximation => "those of the best linear approximation",
+        WienerStart::LinearApproximation => "the poles of the best linear model",
         WienerStart::HigherMoments => {
-            "those of an impulse response from higher moments of input and output; they gave a better fit than linear approximations"
+            "the poles of an impulse response from higher moments of input and output, which fit better than linear models"
         }
     };
     let run = Run::new(&samples, paths[0].model(0.0), paths, found.system.degrees())?;
