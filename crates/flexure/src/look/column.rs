@@ -143,8 +143,8 @@ fn counts(samples: &[f64]) -> bool {
     steps.iter().all(is_multiple) && steps.iter().filter(lost).count() * BROKEN <= steps.len()
 }
 
-/// The standstill at an extreme of a column whose values, in increasing order, are `sorted`: a run of such samples, or more of them than any
-/// value between the extremes has.
+/// The standstill at an extreme of a column whose values, in increasing order, are `sorted`: a run of such samples, or far more of
+/// them than usual.
 fn stop(samples: &[f64], sorted: &[f64], extreme: f64, step: f64) -> Option<Stop> {
     let at_extreme = || runs(samples).filter(|run| run[0] == extreme).map(<[f64]>::len);
     let (at, longest) = (at_extreme().sum::<usize>(), at_extreme().max().unwrap_or(0));
@@ -160,7 +160,9 @@ fn stop(samples: &[f64], sorted: &[f64], extreme: f64, step: f64) -> Option<Stop
     let between = runs(sorted).skip(1).take(values.saturating_sub(2));
     let most = between.map(<[f64]>::len).max().unwrap_or(0);
     let exceeds = |of: usize| at as f64 > STOP_RATIO * of as f64;
-    let returns = at_extreme().count() >= STOP_VISITS && values >= STOP_VALUES && exceeds(most);
+    // On a grid, the next step says how often such values are.
+    let is_most = near > 0 || exceeds(most);
+    let returns = at_extreme().count() >= STOP_VISITS && values >= STOP_VALUES && is_most;
     let stands = (longest >= STOP_RUN.max(STOP_HELD * usual) || returns)
         && at as f64 > STOP_SHARE * sorted.len() as f64
         && exceeds(near);
