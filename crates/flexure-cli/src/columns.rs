@@ -17,7 +17,7 @@ pub struct Connected {
 
 impl Connected {
     /// The columns that the options name. In a record with two signals, columns that are not named are found: the first is the input,
-    /// unless the names are `y` and `u`.
+    /// unless the names are `y` and `u`. Constant columns are none.
     ///
     /// # Errors
     /// Wrong usage where the record leaves a choice: it lists the columns.
@@ -27,7 +27,24 @@ impl Connected {
         inputs: Option<Vec<&str>>,
         output: Option<&str>,
     ) -> Result<Self> {
-        let signals = file.signals(time);
+        let mut signals = file.signals(time);
+        let given = |name: &str| {
+            inputs
+                .iter()
+                .flatten()
+                .chain(&output)
+                .any(|given| file.meant(given) == name)
+        };
+        let is_constant = |name: &&str| {
+            let samples = file.record.column(name).unwrap_or_default();
+            !given(name) && samples.windows(2).all(|pair| pair[0] == pair[1])
+        };
+        let mut constant: Vec<&str> = signals.iter().copied().filter(is_constant).collect();
+        match signals.len() - constant.len() {
+            // Without them there is no system.
+            0 | 1 => constant.clear(),
+            _ => signals.retain(|name| !constant.contains(name)),
+        }
         let (inputs, output) = match (inputs, output) {
             (Some(inputs), Some(output)) => (inputs, output),
             (inputs, output) => {
@@ -41,8 +58,13 @@ impl Connected {
                     _ if [first, second] == ["y", "u"] => (second, first),
                     _ => (first, second),
                 };
+                let others = match &constant[..] {
+                    [] => "the file has no other signals".to_owned(),
+                    [name] => format!("'{}' is constant, and the file has no other signals", shortened(name)),
+                    names => format!("{} other columns are constant", names.len()),
+                };
                 print_note(&format!(
-                    "note: {}: the input is '{input}', the output '{output}'; the file has no other signals (--input and --output swap them)",
+                    "note: {}: the input is '{input}', the output '{output}'; {others} (--input and --output swap them)",
                     shown_path(&file.path)
                 ));
                 (inputs.unwrap_or(vec![input]), output)
@@ -125,8 +147,12 @@ fn unnamed(file: &RecordFile, signals: &[&str], input: bool, output: bool) -> an
     let more = signals.len().saturating_sub(LISTED);
     let mut listed: Vec<String> = signals.iter().take(LISTED).map(|name| with_unit(file, name)).collect();
     listed.extend((more > 0).then(|| format!("and {more} more")));
+    let rises = file.nameless_instants().filter(|name| signals.contains(name));
+    let rises = rises.map_or_else(String::new, |name| {
+        format!("; '{name}' rises evenly: say --time {name} if it has the sample instants")
+    });
     Usage(format!(
-        "{}: the signals are {}; {missing}",
+        "{}: the signals are {}; {missing}{rises}",
         shown_path(&file.path),
         listed.join(", ")
     ))

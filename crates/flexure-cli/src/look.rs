@@ -150,7 +150,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if arguments.json {
         return print(&inspection.json(next).to_string());
     }
-    let next = next.unwrap_or_else(|| inspection.remedy.to_owned());
-    let last = [String::new(), format!("next: {next}")];
-    print_result(&inspection.summary(), wrote(&arguments.report).chain(last))
+    let next = match (next, &inspection.either) {
+        (None, Some(either)) => {
+            let line =
+                |(when, suggestion): &(&str, Suggestion)| format!("next, {when}: {}", arguments.typed(suggestion));
+            either.each_ref().map(line).join("\n")
+        }
+        (next, _) => format!("next: {}", next.unwrap_or_else(|| inspection.remedy.to_owned())),
+    };
+    print_result(
+        &inspection.summary(),
+        wrote(&arguments.report).chain([String::new(), next]),
+    )
 }

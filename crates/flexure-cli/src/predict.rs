@@ -41,23 +41,23 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// The measured output: the column that is named, or the model's where the record has it. If it is not named and misses samples, it is
-    /// written next to the prediction, but not used.
+    /// The measured output: the column that is named, or the model's where the record has it. Samples that are missing are NaN: the state at
+    /// the start and the fit are computed from the others.
     ///
     /// # Errors
-    /// Names the file and the line of a sample that is missing in a column that is named; wrong usage where an option needs the output.
-    fn measured<'a>(&self, file: &'a RecordFile, model: &ModelFile, output: &str) -> Result<Measured<'a>> {
+    /// Names the file and the line of a sample that is missing where a prediction of some samples ahead needs all; wrong usage where an
+    /// option needs the output.
+    fn measured<'a>(&self, file: &'a RecordFile, model: &ModelFile, output: &str) -> Result<Option<&'a [f64]>> {
         let needs = match (self.horizon, self.applied.initial_state) {
             (Some(_), _) => Some("--horizon"),
             (_, Some(Start::Estimate)) => Some("--initial-state estimate"),
             _ => None,
         };
         let there = file.has(output);
-        if self.applied.output.is_some() || needs.is_some() && there {
-            let used = Some(file.finite(output)?);
-            return Ok(Measured { written: used, used });
+        if self.horizon.is_some() && there {
+            return Ok(Some(file.finite(output)?));
         }
-        if let Some(option) = needs {
+        if let (Some(option), false) = (needs, there) {
             return Err(Usage(format!(
                 "{option} needs the measured output, and {} has no column '{}', as the model calls it; name it by --output",
                 shown_path(&file.path),
@@ -65,34 +65,28 @@ impl Arguments {
             ))
             .into());
         }
-        let used = match file.finite(output) {
-            Err(error) if there => {
-                let what = match file.column(output) {
-                    Ok(values) => format!(
-                        "{} of {} samples of '{output}' are missing or not finite",
-                        grouped(values.iter().filter(|y| !y.is_finite()).count()),
-                        grouped(values.len())
-                    ),
-                    Err(_) => error.to_string(),
-                };
-                print_note(&format!(
-                    "note: {what}: no fit is computed, and the state at the start is not estimated from the output"
-                ));
-                None
+        let measured = match file.column(output) {
+            Err(error) if self.applied.output.is_some() || needs.is_some() => return Err(error.into()),
+            Err(error) => {
+                if there {
+                    print_note(&format!(
+                        "note: {error}: no fit is computed, and the state at the start is not estimated from the output"
+                    ));
+                }
+                return Ok(None);
             }
-            finite => finite.ok(),
+            Ok(measured) => measured,
         };
-        let written = file.column(output).ok();
-        Ok(Measured { written, used })
+        let missing = measured.iter().filter(|y| !y.is_finite()).count();
+        if missing > 0 {
+            print_note(&format!(
+                "note: {} of {} samples of '{output}' are missing or not finite; the others count",
+                grouped(missing),
+                grouped(measured.len())
+            ));
+        }
+        Ok(Some(measured))
     }
-}
-
-/// The measured output of a record, where it has one.
-struct Measured<'a> {
-    /// What is written next to the prediction.
-    written: Option<&'a [f64]>,
-    /// What the prediction and its fit use: only finite samples.
-    used: Option<&'a [f64]>,
 }
 
 /// Runs the command.
@@ -107,16 +101,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let inputs = connected.inputs();
     let entering = columns(&file, &inputs).map_err(|error| with_missing(error, &connected.output, false))?;
     let measured = arguments.measured(&file, &model, &connected.output)?;
+    let start = arguments.applied.initial_state;
+    let run = |measured| FreeRun::new(&model.block, &file, &inputs, measured, start);
+    // Too few outputs at the start leave its state open, unless it was asked for.
     let free = spinning("simulating", || {
-        FreeRun::new(
-            &model.block,
-            &file,
-            &inputs,
-            measured.used,
-            arguments.applied.initial_state,
-        )
+        run(measured).or_else(|error| match start {
+            Some(Start::Estimate) => Err(error),
+            _ => run(None),
+        })
     })?;
-    let ahead = match (arguments.horizon, measured.used) {
+    let ahead = match (arguments.horizon, measured) {
         (Some(horizon), Some(measured)) => Some(Ahead::new(&model, &free, measured, horizon)?),
         _ => None,
     };
@@ -126,7 +120,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .estimated_from
         .filter(|samples| *samples < predicted.len())
         .unwrap_or(0);
-    let measures = (measured.used).and_then(|measured| FitMeasures::new(&measured[first..], &predicted[first..]).ok());
+    let measures = measured.and_then(|measured| {
+        let known = measured[first..]
+            .iter()
+            .zip(&predicted[first..])
+            .filter(|(y, _)| y.is_finite());
+        let (measured, predicted): (Vec<f64>, Vec<f64>) = known.unzip();
+        FitMeasures::new(&measured, &predicted).ok()
+    });
     let predicted = Predicted {
         measures,
         first,
@@ -134,7 +135,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         free,
         ahead,
     };
-    write_record(&arguments.out, &predicted.record(&file, time, measured.written)?)?;
+    write_record(&arguments.out, &predicted.record(&file, time, measured)?)?;
     match arguments.json {
         true => print(&predicted.json(arguments).to_string()),
         false => print(&predicted.text(arguments)),

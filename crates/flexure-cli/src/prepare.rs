@@ -201,7 +201,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         };
         lines.push(format!("{samples} missing, written as NaN{hint}"));
     }
-    let validation = validation(&record, &arguments.out);
+    let validation = validation(&record, &arguments.files, &arguments.out);
     let next = look::next_for(record, units, &arguments.out);
     let next = match (validation, next) {
         (Some(validation), Some(next)) => format!("next: {validation}\nor, for a model of its own: {next}"),
@@ -215,9 +215,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 /// The model file that a look suggests to write.
 const MODEL: &str = "model.json";
 
-/// The validation of the model in this folder by another record with its columns.
-fn validation(record: &Record, out: &Path) -> Option<String> {
+/// The validation of the model in this folder by another record with its columns. A file with the name of the model's own may be that record
+/// before it was prepared.
+fn validation(record: &Record, files: &[PathBuf], out: &Path) -> Option<String> {
     let model = read_model(Path::new(MODEL)).ok()?;
+    let name = |path: &Path| path.file_name().map(|name| shown_path(name.as_ref()));
+    let is_own = |path: &Path| model.records.iter().any(|own| name(path).as_ref() == Some(&own.name));
+    if model.records.is_empty() || files.iter().map(PathBuf::as_path).chain([out]).any(is_own) {
+        return None;
+    }
     let columns: Vec<&str> = model.inputs.iter().chain([&model.output]).map(String::as_str).collect();
     let mark = RecordMark::new(&shown_path(out), record, &columns).ok()?;
     let out = quoted(&out.display().to_string());

@@ -219,6 +219,9 @@ impl Reading {
 
     /// The sample time of a record in s: as given, or from its column of instants, unless that is one of the `signals`; `None` if
     /// neither says it.
+    ///
+    /// # Errors
+    /// As [`RecordFile::time`]; for another sample time than the given one, and for dates that may be read in two ways.
     pub fn sample_time(&self, file: &RecordFile, given: Option<f64>, signals: &[&str]) -> Result<Option<f64>> {
         let recorded = self.time(file, signals)?;
         if let (Some(given), Some(time)) = (given, &recorded)
@@ -230,6 +233,12 @@ impl Reading {
                 time.name,
                 exact(time.clock.step),
                 exact(given)
+            );
+        }
+        if let (None, None, Some(dates)) = (given, &recorded, file.unsettled_dates()) {
+            bail!(
+                "{}: {dates}; --sample-time S takes the rows as evenly spaced",
+                shown_path(&file.path)
             );
         }
         Ok(given.or(recorded.map(|time| time.clock.step)))

@@ -28,8 +28,8 @@ pub struct Steps {
     /// These columns hold their value between samples, as commands do: A,B,... The others are taken as smooth.
     #[arg(long, help_heading = STEPS, value_name = "COLUMNS", value_delimiter = ',')]
     hold: Vec<String>,
-    /// Interpolate gaps of at most N missing samples; by default 3 where something is resampled, else none. An output that is
-    /// identified or judged stays as it is.
+    /// Interpolate gaps of at most N missing samples; by default 3 where something is resampled, else none.
+    /// The output of a model is never filled.
     #[arg(long, help_heading = STEPS, value_name = "N", value_parser = arguments::count)]
     pub fill: Option<usize>,
 }

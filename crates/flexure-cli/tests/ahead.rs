@@ -170,6 +170,47 @@ fn outputs_that_are_missing_do_not_count() {
     assert!(folder.read("page.html").contains("Measured against predicted"));
 }
 
+/// The state at the start, and the fit, are computed from the outputs that are there.
+#[test]
+fn a_prediction_starts_from_the_outputs_that_are_there() {
+    let folder = folder(300, "refined");
+    folder.done(&format!("{PREDICT} --output y"));
+    let complete = folder.column("p.csv", "predicted");
+    let (u, mut y) = (folder.column("fresh.csv", "u"), folder.column("fresh.csv", "y"));
+    y.iter_mut().step_by(7).for_each(|y| *y = f64::NAN);
+    let rows: String = u.iter().zip(&y).map(|(u, y)| format!("{u},{y}\n")).collect();
+    folder.write("fresh.csv", format!("u,y\n{rows}"));
+    for options in ["", " --output y", " --initial-state estimate"] {
+        let outcome = folder.run(&format!("{PREDICT}{options} --json"));
+        assert_eq!(
+            outcome.stderr.lines().last(),
+            Some("note: 43 of 300 samples of 'y' are missing or not finite; the others count"),
+            "{outcome:?}"
+        );
+        let found: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap();
+        assert_eq!(found["initial_state"], "estimate");
+        let predicted = folder.column("p.csv", "predicted");
+        let first = found["initial_state_samples"].as_u64().unwrap() as usize;
+        let errors = || {
+            (first..y.len())
+                .filter(|&i| !y[i].is_nan())
+                .map(|i| y[i] - predicted[i])
+        };
+        let rms = (errors().map(|e| e * e).sum::<f64>() / errors().count() as f64).sqrt();
+        assert!((found["rms"].as_f64().unwrap() / rms - 1.0).abs() < 1e-9, "{found}");
+        let off = predicted.iter().zip(&complete).map(|(p, c)| (p - c).abs());
+        assert!(off.fold(0.0, f64::max) < 2.0 * rms, "{options}");
+    }
+    // A prediction some samples ahead needs them all, and no output leaves the start steady.
+    assert_eq!(folder.run(&format!("{PREDICT} --output y --horizon 1")).code, Some(1));
+    folder.write(
+        "fresh.csv",
+        format!("u,y\n{}", u.iter().map(|u| format!("{u},nan\n")).collect::<String>()),
+    );
+    let outcome = folder.run(&format!("{PREDICT} --json"));
+    assert!(outcome.stdout.contains("\"initial_state\":\"steady\""), "{outcome:?}");
+}
+
 #[test]
 fn what_cannot_be_done_is_refused() {
     let folder = folder(60, "refined");

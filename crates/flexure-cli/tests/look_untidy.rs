@@ -372,3 +372,44 @@ fn rows_before_the_machine_ran_are_cut_off_and_gravity_is_tried() {
     let inertia = found["inertia"]["value"].as_f64().unwrap();
     assert!((inertia - 0.35).abs() < 0.01, "{inertia}");
 }
+
+/// Rows of 100 Hz with stamps in whole seconds: the instants at which the seconds change tell the step. Where they do not, the command to type
+/// leaves it open, and says what the rows fit.
+#[test]
+fn stamps_of_whole_seconds_tell_a_fast_sample_time() {
+    let folder = Folder::new();
+    let record = folder.known("r.csv", 1600, 8);
+    let (u, y) = (record.column("u").unwrap(), record.column("y").unwrap());
+    let log = |rows: usize, second: &dyn Fn(usize) -> usize| -> String {
+        let row = |k: usize| format!("2026-03-01 08:00:{:02},{},{}\n", second(k), u[k], y[k]);
+        format!("Time,u,y\n{}", (0..rows).map(row).collect::<String>())
+    };
+    for seconds in [12, 14, 16] {
+        folder.write("whole.csv", log(100 * seconds, &|k| k / 100));
+        let looked = folder.run("look whole.csv").stdout;
+        let headline = format!("every 0.01 s, {seconds} s in all");
+        assert!(looked.contains(&headline), "{looked}");
+        assert!(
+            next(&looked).starts_with("flexure identify whole.csv --input u --output y"),
+            "{looked}"
+        );
+    }
+    // A second with half as many rows, and one with half as many more: the clock was late.
+    folder.write(
+        "late.csv",
+        log(1200, &|k| if (500..550).contains(&k) { 4 } else { k / 100 }),
+    );
+    let looked = folder
+        .run("look late.csv")
+        .stdout
+        .replace("\n                      ", " ");
+    assert!(looked.contains("one row every 0.009200 s, within 9.1 %"), "{looked}");
+    assert!(
+        looked.contains("in place of SECONDS: the rows fit about 0.0092 s."),
+        "{looked}"
+    );
+    assert_eq!(
+        next(&looked),
+        "flexure prepare late.csv --sample-time SECONDS -o late-prepared.csv"
+    );
+}

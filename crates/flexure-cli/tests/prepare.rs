@@ -443,4 +443,8 @@ fn what_to_type_next_is_said() {
     let said = format!("next: flexure {next}\nor, for a model of its own: flexure identify later.csv ");
     assert!(later.contains(&said), "{later}");
     folder.done(next);
+    // A log with the name of its own may be the same.
+    std::fs::copy(folder.path("log.csv"), folder.path("out.csv")).unwrap();
+    let own = folder.done("prepare out.csv --cut-samples 100: -o other.csv");
+    assert!(!own.contains("validate"), "{own}");
 }

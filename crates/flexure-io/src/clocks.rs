@@ -1,6 +1,7 @@
 //! Columns of instants whose numbers say what they count: ms from 1970, days of a spreadsheet, or seconds shared by several samples.
 
 use std::borrow::Cow;
+use std::cmp::Ordering;
 
 use flexure::Record;
 use flexure::text::exact;
@@ -21,6 +22,10 @@ const ROUND: f64 = 1e-5;
 const COARSE: f64 = 0.4;
 /// The fewest samples for that. Convention.
 const FEWEST: usize = 20;
+/// The largest relative width of the steps that fit a coarse clock: wider ones hold several short numbers. Convention.
+const UNSURE: f64 = 0.05;
+/// Halvings of an interval until it is narrower than the digits of a step that are tried.
+const HALVINGS: usize = 42;
 
 /// The unit of a clock that counts from 1970 and shows `instant`: ms, µs or ns, if the date is then a plausible one. In s it would lie
 /// thousands of years ahead.
@@ -53,8 +58,8 @@ fn are_days(instants: &[f64]) -> bool {
         })
 }
 
-/// Evenly spaced instants in place of those of a clock that several samples share; `None` if the clock is another, or if evenly spaced
-/// samples would not have its instants.
+/// Evenly spaced instants in place of those of a clock that several samples share; `None` if the clock is another, if evenly spaced
+/// samples would not have its instants, or if these leave the step open.
 fn evenly_spread(instants: &[f64]) -> Option<Vec<f64>> {
     let steps = || instants.windows(2).map(|w| w[1] - w[0]);
     let tick = steps().filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
@@ -63,18 +68,53 @@ fn evenly_spread(instants: &[f64]) -> Option<Vec<f64>> {
     if !is_coarse || steps().any(|step| !(step >= 0.0)) {
         return None;
     }
-    // The shortest number that the ticks cannot tell from the mean step.
-    let mean = mean_step(instants)?;
-    let uncertainty = tick / instants.len() as f64;
-    let rounded = (0..12).filter_map(|digits| format!("{mean:.digits$e}").parse::<f64>().ok());
-    let step = rounded.into_iter().find(|round| (round - mean).abs() <= uncertainty)?;
-    // The first sample lies within its tick, and so do all others, but for a step: clocks jitter.
+    let [least, most] = possible_steps(instants, tick)?;
+    if most - least > UNSURE * least {
+        return None;
+    }
+    // The shortest number among them.
+    let middle = 0.5 * (least + most);
+    let rounded = (0..12).filter_map(|digits| format!("{middle:.digits$e}").parse::<f64>().ok());
+    let step = rounded.into_iter().find(|step| (least..=most).contains(step))?;
     let first = instants[0];
-    let offsets = instants.iter().enumerate().map(|(i, t)| t - first - step * i as f64);
-    let (latest, earliest) = offsets.fold((f64::NEG_INFINITY, f64::INFINITY), |(latest, earliest), offset| {
-        (latest.max(offset), earliest.min(offset + tick))
-    });
-    (latest <= earliest + step).then(|| (0..instants.len()).map(|i| first + step * i as f64).collect())
+    Some((0..instants.len()).map(|i| first + step * i as f64).collect())
+}
+
+/// The least and the greatest step of evenly spaced samples that have these instants on a clock of this tick. The first sample lies within its
+/// tick, and so do all others, but for a step: clocks jitter. The steps that fit are an interval, since each pair of samples bounds the step.
+fn possible_steps(instants: &[f64], tick: f64) -> Option<[f64; 2]> {
+    // Of samples that share an instant, the first and the last bound the step.
+    let differ = |i: usize, j: usize| instants.get(j).is_none_or(|t| *t != instants[i]);
+    let ends = |i: &usize| *i == 0 || differ(*i, i - 1) || differ(*i, i + 1);
+    let ends: Vec<usize> = (0..instants.len()).filter(ends).collect();
+    // Whether a step is too small (less), too large (greater), or fits.
+    let fits = |step: f64| {
+        let offsets = || ends.iter().map(|&i| (instants[i] - instants[0] - step * i as f64, i));
+        let (latest, i) = offsets().max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (earliest, j) = offsets().min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(match latest - earliest > tick + step {
+            true if i > j => Ordering::Less,
+            true => Ordering::Greater,
+            false => Ordering::Equal,
+        })
+    };
+    let mean = mean_step(instants)?;
+    let bound = |within: Ordering| {
+        let (mut low, mut high) = (0.0, 2.0 * mean);
+        for _ in 0..HALVINGS {
+            let step = 0.5 * (low + high);
+            match fits(step)? {
+                Ordering::Less => low = step,
+                Ordering::Greater => high = step,
+                Ordering::Equal if within == Ordering::Less => high = step,
+                Ordering::Equal => low = step,
+            }
+        }
+        Some([low, high])
+    };
+    // The sides of the bounds that fit.
+    let (least, most) = (bound(Ordering::Less)?[1], bound(Ordering::Greater)?[0]);
+    (least <= most).then_some([least, most])
 }
 
 impl RecordFile {
@@ -170,7 +210,7 @@ impl RecordFile {
         self.lines.reverse(count);
         for other in &mut self.others {
             if let Unusable::At {
-                problem: LineProblem::NotANumber { sample, .. },
+                problem: LineProblem::NotANumber { sample, .. } | LineProblem::OtherUnit { sample, .. },
                 ..
             } = &mut other.why
             {
@@ -210,13 +250,24 @@ mod tests {
 
     #[test]
     fn samples_that_share_an_instant_are_spread() {
-        let of_rate =
-            |rate: f64, offset: f64| -> Vec<f64> { (0..600).map(|i| (offset + f64::from(i) / rate).floor()).collect() };
-        for (rate, offset) in [(10.0, 0.0), (10.0, 0.73), (4.0, 0.1), (12.5, 0.0)] {
-            let (file, step) = clock("time", &of_rate(rate, offset));
+        let of_rate = |rate: f64, offset: f64| -> Vec<f64> {
+            (0..600)
+                .map(|i| (offset + f64::from(i) / rate + 1e-9).floor())
+                .collect()
+        };
+        // Of whole ticks, the number of samples alone would give 1199 steps in 11 s.
+        let few = |rate: f64, ticks: f64| of_rate(rate, 0.0)[..(rate * ticks) as usize].to_vec();
+        let short =
+            [(100.0, 3.0), (100.0, 5.0), (50.0, 12.0), (20.0, 16.0)].map(|(rate, ticks)| (rate, few(rate, ticks)));
+        let long =
+            [(10.0, 0.0), (10.0, 0.73), (4.0, 0.1), (12.5, 0.0)].map(|(rate, offset)| (rate, of_rate(rate, offset)));
+        for (rate, instants) in short.into_iter().chain(long) {
+            let (file, step) = clock("time", &instants);
             assert!((step * rate - 1.0).abs() < 1e-9, "{rate}: {step}");
             assert!(file.notes[0].contains("evenly spaced"), "{:?}", file.notes);
         }
+        // Four samples in each of five seconds may be 3.7 or 4.3 a second.
+        assert_eq!(evenly_spread(&few(4.0, 5.0)), None);
         // A pause of half a minute is no even spacing.
         let mut paused = of_rate(10.0, 0.0);
         paused[300..].iter_mut().for_each(|t| *t += 30.0);

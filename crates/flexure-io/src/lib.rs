@@ -49,7 +49,7 @@ pub use model::{
 pub use options::{Decimal, ReadOptions};
 pub use parquet_file::{ParquetParts, TakeRows};
 pub use read::read_record;
-pub use record_file::RecordFile;
+pub use record_file::{RecordFile, UnsettledDates};
 pub use table::{Row, write_table};
 pub use temporary::{TemporaryFolder, remove_temporaries};
 pub use text::read_text;

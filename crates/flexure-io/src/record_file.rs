@@ -20,14 +20,59 @@ pub(crate) struct Other {
 pub(crate) enum Unusable {
     /// What it is; it completes the sentence "it is ...".
     Is(String),
+    /// Dates of which the month or the day may come first.
+    Dates(UnsettledDates),
     /// What is wrong on one line of a text file.
     At { line: u64, problem: LineProblem },
+}
+
+/// A column of dates with the month or the day first, both of which fit all rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnsettledDates {
+    /// The column.
+    pub column: String,
+    /// The first date, as it is written.
+    pub text: String,
+    /// Its line.
+    pub line: u64,
+    /// The formats with the month and with the day first.
+    pub formats: [String; 2],
+}
+
+impl UnsettledDates {
+    /// What the column is; it completes the sentence "it is ...".
+    fn what(&self) -> String {
+        let UnsettledDates {
+            text, line, formats, ..
+        } = self;
+        format!(
+            "text, such as '{text}' on line {line}, which may begin with the month or the day; say --time-format \"{}\" or \"{}\"",
+            formats[0], formats[1]
+        )
+    }
+}
+
+impl std::fmt::Display for UnsettledDates {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let UnsettledDates {
+            column,
+            text,
+            line,
+            formats: [month, day],
+        } = self;
+        write!(
+            f,
+            "column '{column}' has dates that may begin with the day or the month, such as '{text}' on line {line}: say --time-format \"{day}\" if \
+             it is the day, --time-format \"{month}\" if it is the month"
+        )
+    }
 }
 
 impl std::fmt::Display for Other {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match &self.why {
             Unusable::Is(what) => write!(f, "'{}' is {what}", self.name),
+            Unusable::Dates(dates) => write!(f, "'{}' is {}", self.name, dates.what()),
             Unusable::At { line, problem } => write!(f, "line {line}: {problem}"),
         }
     }
@@ -43,23 +88,32 @@ impl Other {
 
     /// Whether the column has no numbers at all, in contrast to numbers with a flaw.
     pub(crate) fn is_text(&self) -> bool {
-        matches!(self.why, Unusable::Is(_))
+        matches!(self.why, Unusable::Is(_) | Unusable::Dates(_))
     }
 
     /// The error when the column is used as a signal.
     pub(crate) fn error(&self, path: &Path) -> Error {
         let path = path.to_owned();
+        let no_signal = |what: String| Error::NotASignal {
+            path: path.clone(),
+            name: self.name.clone(),
+            what,
+        };
         match &self.why {
-            Unusable::Is(what) => Error::NotASignal {
-                path,
-                name: self.name.clone(),
-                what: what.clone(),
-            },
+            Unusable::Is(what) => no_signal(what.clone()),
+            Unusable::Dates(dates) => no_signal(dates.what()),
             Unusable::At { line, problem } => Error::Line {
-                path,
+                path: path.clone(),
                 line: *line,
                 problem: problem.clone(),
             },
+        }
+    }
+
+    fn unsettled(&self) -> Option<&UnsettledDates> {
+        match &self.why {
+            Unusable::Dates(dates) => Some(dates),
+            _ => None,
         }
     }
 }
@@ -120,6 +174,8 @@ pub struct RecordFile {
     pub(crate) dates: Option<(String, String)>,
     /// Whether messages must not quote the content of the file.
     pub(crate) is_foreign: bool,
+    /// Whether the file has no names of columns.
+    pub(crate) is_nameless: bool,
     pub(crate) lines: SampleLines,
 }
 
@@ -142,6 +198,7 @@ impl RecordFile {
             texts: Vec::new(),
             dates: None,
             is_foreign: false,
+            is_nameless: false,
             lines: SampleLines::default(),
         }
     }
@@ -153,6 +210,12 @@ impl RecordFile {
             constants: self.constants.clone(),
             origins: self.origins.clone(),
             is_foreign: self.is_foreign,
+            others: self
+                .others
+                .iter()
+                .filter(|other| other.unsettled().is_some())
+                .cloned()
+                .collect(),
             units,
             ..RecordFile::new(record, &self.path)
         }
@@ -177,6 +240,11 @@ impl RecordFile {
     pub fn flawed(&self) -> impl Iterator<Item = String> {
         let flawed = self.others.iter().filter(|other| !other.is_text());
         flawed.map(|other| format!("{other}; the column is left out"))
+    }
+
+    /// Dates that would be the instants, if it was clear whether the month or the day comes first.
+    pub fn unsettled_dates(&self) -> Option<&UnsettledDates> {
+        self.others.iter().find_map(Other::unsettled)
     }
 
     /// Whether the file is a text, whose samples have lines.

@@ -1,6 +1,7 @@
 //! Which column of a record has the sample instants, and in what unit.
 
 use flexure::error::DataError;
+use flexure::look::Clock;
 use flexure::record::SampleClock;
 
 use crate::error::{Error, Result};
@@ -154,17 +155,20 @@ impl RecordFile {
         let Some((name, seconds)) = self.instants(given, in_use)? else {
             return Ok(None);
         };
-        // In s, like all times in messages.
-        let in_seconds = |error| match error {
-            flexure::Error::Data(DataError::NonUniformTime { sample, step, expected }) => DataError::NonUniformTime {
-                sample,
-                step: step * seconds,
-                expected: expected * seconds,
-            }
-            .into(),
-            error => error,
+        let clock = |record: &'_ flexure::Record, name: &str| {
+            let in_seconds = |error| match error {
+                flexure::Error::Data(DataError::NonUniformTime { sample, step, expected }) => {
+                    let usual =
+                        Clock::new(record.column(name)?).map_or(expected, |clock| clock.usual_step(record.len()));
+                    // In s, like all times in messages, and with four digits, as `flexure look` prints it.
+                    let expected = format!("{:.3e}", usual * seconds).parse().unwrap_or(usual * seconds);
+                    let step = step * seconds;
+                    Err(DataError::NonUniformTime { sample, step, expected }.into())
+                }
+                error => Err(error),
+            };
+            record.sample_clock(name).or_else(in_seconds)
         };
-        let clock = |record: &'_ flexure::Record, name: &str| record.sample_clock(name).map_err(in_seconds);
         let SampleClock { step, jitter } = self.signal(name, clock)?;
         Ok(Some(TimeColumn {
             name: name.to_owned(),
@@ -266,6 +270,13 @@ impl RecordFile {
             !(Some(*name) == time || is_time(name) || self.axis() == Some(*name) || stamps || index)
         });
         signals.map(|(name, _)| name).collect()
+    }
+
+    /// The first column of a file without names, if it rises evenly by a step other than 1: it may have the instants.
+    pub fn nameless_instants(&self) -> Option<&str> {
+        let first = self.record.names().first().filter(|_| self.is_nameless)?;
+        let step = self.record.sample_clock(first).ok()?.step;
+        (self.record.len() >= COUNTER && step != 1.0).then_some(first)
     }
 
     /// The first column, if it has the name of an axis and a unit of time.

@@ -38,6 +38,36 @@ const ENDS: [(&str, &str); 19] = [
     ("/V", "V"),
 ];
 
+/// Prefixes of units, and their factors.
+const PREFIXES: [(&str, f64); 7] = [
+    ("", 1.0),
+    ("n", 1e-9),
+    ("µ", 1e-6),
+    ("u", 1e-6),
+    ("m", 1e-3),
+    ("k", 1e3),
+    ("M", 1e6),
+];
+/// Units that have such prefixes.
+const PREFIXED: [&str; 14] = [
+    "V", "A", "W", "N", "Nm", "N m", "Hz", "rad", "rad/s", "m", "m/s", "s", "Pa", "bar",
+];
+
+/// What a number in `unit` is multiplied by for one in the unit `other`, where both are the same but for a prefix, such as mV and V.
+pub(crate) fn factor(unit: &str, other: &str) -> Option<f64> {
+    // The micro sign and the Greek letter look the same.
+    let [unit, other] = [unit, other].map(|unit| unit.replace('\u{3bc}', "µ"));
+    let factor = |unit: &str, base: &str| {
+        let prefix = unit.strip_suffix(base)?;
+        PREFIXES
+            .iter()
+            .find(|(own, _)| *own == prefix)
+            .map(|(_, factor)| *factor)
+    };
+    let ratio = |base: &&str| Some((factor(&unit, base)?, factor(&other, base)?));
+    PREFIXED.iter().find_map(ratio).map(|(unit, other)| unit / other)
+}
+
 /// A name without the unit at its end, and that unit: `q` and `deg` of `q_deg`. `None` if the name does not end in a unit that can be
 /// nothing else.
 pub fn unit_at_end(name: &str) -> Option<(&str, &'static str)> {
@@ -71,6 +101,27 @@ mod tests {
         assert_eq!(names, ["Time", "q [deg]", "q [rad]", "u", "y", "[x]"]);
         let expected = [Some("s"), Some("deg"), Some("rad"), Some("V"), None, None];
         assert_eq!(units, expected.map(|unit| unit.map(str::to_owned)));
+    }
+
+    #[test]
+    fn units_that_differ_in_their_prefixes() {
+        for (unit, other, expected) in [
+            ("V", "mV", Some(1e3)),
+            ("mV", "V", Some(1e-3)),
+            ("kV", "mV", Some(1e6)),
+            ("\u{3bc}V", "V", Some(1e-6)),
+            ("mNm", "Nm", Some(1e-3)),
+            ("mm", "m", Some(1e-3)),
+            ("V", "A", None),
+            ("psi", "bar", None),
+            ("min", "m", None),
+        ] {
+            let found = factor(unit, other);
+            assert!(
+                found == expected || (found.unwrap() / expected.unwrap() - 1.0).abs() < 1e-15,
+                "{unit} {other}"
+            );
+        }
     }
 
     #[test]

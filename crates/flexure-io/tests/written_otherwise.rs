@@ -137,13 +137,26 @@ fn units_behind_the_numbers() {
     let lines =
         "Export of the historian\nPlant 4, line B\nt\tu\ty\n0 ms\t1.5 V\t1 %\n10 ms\t2.5 V\t--\n20 ms\t3.5 V\t2 %\n";
     assert_log(&read("units_below_lines", lines), &["t", "u", "y"]);
-    let file = read("units_that_change", "t,u,y\n0,1.5,1.5 V\n0.01,2.5,2 mV\n0.02,3.5,1 V\n");
-    assert!(
-        file.column("y")
-            .unwrap_err()
-            .to_string()
-            .contains("line 3: column 'y' holds '2 mV'")
+    // The same unit with another prefix is converted.
+    let file = read(
+        "units_that_change",
+        "t,u,y\n0,1.5,1.5 V\n0.01,2.5,-2000 mV\n0.02,3.5,1 V\n",
     );
+    assert_eq!(file.column("y").unwrap(), [1.5, -2.0, 1.0]);
+    assert_eq!(file.unit("y"), Some("V"));
+    assert!(
+        file.notes
+            .contains(&"column 'y' has numbers in V and mV; all are taken in V".to_owned()),
+        "{:?}",
+        file.notes
+    );
+    let file = read("other_units", "t,u,y\n0,1.5,1.5 bar\n0.01,2.5,2 psi\n0.02,3.5,1 bar\n");
+    assert_eq!(
+        file.column("y").unwrap_err().to_string().split_once(": ").unwrap().1,
+        "column 'y' holds '2 psi' at sample 1, but the numbers above are in bar: write all of them in one unit"
+    );
+    // A second unit is no text for missing samples.
+    assert!(file.unread_texts().is_empty());
 }
 
 #[test]

@@ -1,16 +1,14 @@
 //! The columns of a text file: numbers, time stamps, or texts that cannot serve as signals.
 
-use super::fields::is_identifier;
+use super::cell_units::CellUnit;
+use super::fields::{named_fields, shorten};
 use super::numbers::{Numbers, before_unit, has_unit, is_missing, readable_number};
 use super::stamps::{self, Part, Stamps};
 use super::switch::Switch;
 use crate::error::LineProblem;
 use crate::options::ReadOptions;
-use crate::record_file::Unusable;
+use crate::record_file::{UnsettledDates, Unusable};
 use crate::time::{DAY, is_time};
-
-/// Characters of a bad field that a message quotes.
-const QUOTED_CHARACTERS: usize = 40;
 
 /// The most texts in a column of numbers that may all stand for missing samples. Convention.
 const MOST_TEXTS: usize = 5;
@@ -51,8 +49,8 @@ enum Kind<'a> {
     /// Nothing but missing samples yet.
     Undecided,
     Numbers,
-    /// Numbers, each with this unit.
-    WithUnit(String),
+    /// Numbers, each with its unit.
+    WithUnit(CellUnit),
     /// The words of a switch, and which of them occurred.
     Switch(Switch, [bool; 2]),
     Stamps {
@@ -115,10 +113,7 @@ impl<'a> Column<'a> {
                 })
             }
             Kind::Numbers => numbers.number(field, line)?,
-            Kind::WithUnit(unit) => match before_unit(field) {
-                Some((number, own)) if own == *unit => numbers.number(number, line)?,
-                _ => None,
-            },
+            Kind::WithUnit(unit) => unit.number(field, line, numbers)?,
             Kind::Switch(switch, seen) => switch.state(field, seen),
             Kind::Undecided => self.decide(field, line, numbers, options)?,
         };
@@ -182,23 +177,41 @@ impl<'a> Column<'a> {
     fn become_text(&mut self, field: &str, line: u64) {
         let text = shorten(field);
         let is_first = matches!(self.kind, Kind::Undecided);
-        let why = match is_first {
-            true => Unusable::Is(format!("text, such as '{text}' on line {line}{}", named_fields(field))),
-            false => Unusable::At {
+        let unit = self.unit().filter(|_| before_unit(field).is_some()).map(str::to_owned);
+        let (column, sample) = (self.name.clone(), self.values.len());
+        let why = match (is_first, unit) {
+            (true, _) => Unusable::Is(format!("text, such as '{text}' on line {line}{}", named_fields(field))),
+            (false, None) => Unusable::At {
                 line,
-                problem: LineProblem::NotANumber {
-                    column: self.name.clone(),
-                    sample: self.values.len(),
+                problem: LineProblem::NotANumber { column, sample, text },
+            },
+            (false, Some(unit)) => Unusable::At {
+                line,
+                problem: LineProblem::OtherUnit {
+                    column,
+                    sample,
                     text,
+                    unit,
                 },
             },
         };
+        let stands_alone = matches!(
+            why,
+            Unusable::At {
+                problem: LineProblem::NotANumber { .. },
+                ..
+            }
+        );
         let of_numbers = (
             std::mem::replace(&mut self.kind, Kind::Undecided),
             std::mem::take(&mut self.values),
         );
         self.kind = Kind::Text {
-            texts: if is_first { Vec::new() } else { vec![field.to_owned()] },
+            texts: if stands_alone {
+                vec![field.to_owned()]
+            } else {
+                Vec::new()
+            },
             why,
             looks_like_stamp: is_first && stamps::look_like(field),
             before: (!is_first).then(|| Box::new(of_numbers)),
@@ -252,7 +265,7 @@ impl<'a> Column<'a> {
         };
         let value = numbers.number(number, line)?;
         if value.is_some() {
-            self.kind = Kind::WithUnit(unit.to_owned());
+            self.kind = Kind::WithUnit(CellUnit::new(unit));
         }
         Ok(value)
     }
@@ -280,7 +293,7 @@ impl<'a> Column<'a> {
     /// The unit that stands behind each number.
     pub(super) fn unit(&self) -> Option<&str> {
         match &self.kind {
-            Kind::WithUnit(unit) => Some(unit),
+            Kind::WithUnit(unit) => Some(&unit.unit),
             _ => None,
         }
     }
@@ -288,7 +301,8 @@ impl<'a> Column<'a> {
     /// A sentence on the words of a switch, or on the order of day and month.
     pub(super) fn words(&self) -> Option<String> {
         let name = &self.name;
-        match self.kind {
+        match &self.kind {
+            Kind::WithUnit(unit) => unit.words(name),
             Kind::Switch(Switch([off, on]), [true, true]) => Some(format!(
                 "column '{name}' has the words {off} and {on}; they are taken as 0 and 1"
             )),
@@ -346,13 +360,15 @@ impl<'a> Column<'a> {
             Kind::Text { why, .. } => Some(why.clone()),
             Kind::Slashes(both, text, line) => Some(both[0].unusable().unwrap_or_else(|| {
                 let formats = both.each_ref().map(|column| match column.kind {
-                    Kind::Stamps { format, .. } => format.format(),
-                    _ => "",
+                    Kind::Stamps { format, .. } => format.format().to_owned(),
+                    _ => String::new(),
                 });
-                Unusable::Is(format!(
-                    "text, such as '{text}' on line {line}, which may begin with the month or the day; say --time-format \"{}\" or \"{}\"",
-                    formats[0], formats[1]
-                ))
+                Unusable::Dates(UnsettledDates {
+                    column: self.name.clone(),
+                    text: text.clone(),
+                    line: *line,
+                    formats,
+                })
             })),
             Kind::Undecided if !self.values.is_empty() && !BAND.contains(&self.name.as_str()) => {
                 Some(Unusable::Is("empty".to_owned()))
@@ -426,22 +442,4 @@ fn on_its_day(value: f64, last: Option<f64>) -> f64 {
         Some(last) => value + DAY * ((last - value) / DAY).round(),
         None => value,
     }
-}
-
-/// What to do about fields with names, if this is one.
-fn named_fields(field: &str) -> &'static str {
-    match field.split_once('=') {
-        Some((name, _)) if is_identifier(name) => {
-            " (fields such as t=0.01 are read where all rows have the same names)"
-        }
-        _ => "",
-    }
-}
-
-pub(super) fn shorten(text: &str) -> String {
-    let mut short: String = text.chars().take(QUOTED_CHARACTERS).collect();
-    if short.len() < text.len() {
-        short.push_str("...");
-    }
-    short
 }

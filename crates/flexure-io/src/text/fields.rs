@@ -74,3 +74,25 @@ pub(super) fn is_identifier(name: &str) -> bool {
     let is_part = |c: char| c.is_alphanumeric() || "_./[]()%°".contains(c);
     name.starts_with(char::is_alphabetic) && name.chars().all(is_part)
 }
+
+/// Characters of a bad field that a message quotes.
+const QUOTED_CHARACTERS: usize = 40;
+
+/// What to do about fields with names, if this is one.
+pub(super) fn named_fields(field: &str) -> &'static str {
+    match field.split_once('=') {
+        Some((name, _)) if is_identifier(name) => {
+            " (fields such as t=0.01 are read where all rows have the same names)"
+        }
+        _ => "",
+    }
+}
+
+/// A field as a message quotes it.
+pub(super) fn shorten(text: &str) -> String {
+    let mut short: String = text.chars().take(QUOTED_CHARACTERS).collect();
+    if short.len() < text.len() {
+        short.push_str("...");
+    }
+    short
+}

@@ -50,6 +50,8 @@ pub(super) struct Layout {
     pub(super) may_lack_last: bool,
     /// Whether each field begins with its column's name, as in `t=0.01`.
     pub(super) is_named: bool,
+    /// Whether the file has no names of columns.
+    pub(super) is_nameless: bool,
     /// What was decided, as sentences.
     pub(super) notes: Vec<String>,
 }
@@ -178,6 +180,7 @@ impl Layout {
             axis: None,
             may_lack_last: false,
             is_named: false,
+            is_nameless: false,
             notes: Vec::new(),
         }
     }
@@ -191,6 +194,7 @@ impl Layout {
     ) -> Result<(), Problem> {
         let Some((names, line)) = commented else {
             self.names = (0..rows[0].len()).map(|i| format!("c{i}")).collect();
+            self.is_nameless = true;
             self.note(format!(
                 "there is no header; the columns are called {}",
                 list(&self.names)

@@ -5,6 +5,7 @@
 
 mod above;
 mod below;
+mod cell_units;
 mod columns;
 mod fields;
 mod header;
@@ -113,8 +114,10 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
             names: layout.names,
         });
     }
+    let is_nameless = layout.is_nameless;
     let mut file = assemble(path, layout, table.columns, options)?;
     file.notes.extend(decimals.map(str::to_owned));
+    file.is_nameless = is_nameless;
     file.lines = table.lines;
     Ok(file)
 }

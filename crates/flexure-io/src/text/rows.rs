@@ -220,7 +220,7 @@ fn read_row<'a>(
                 .and_then(|value| value.strip_prefix(b"="))
                 .ok_or_else(|| LineProblem::NoName {
                     name: column.name.clone(),
-                    text: columns::shorten(&text_of(field)),
+                    text: super::fields::shorten(&text_of(field)),
                 })?;
         }
         match std::str::from_utf8(field) {

@@ -166,7 +166,7 @@ fn joint_curves(axis: &FlexibleAxis, of: &str) -> Vec<JointCurve> {
     let stiffness_curve = known.then(|| {
         JointCurve::new(
             format!("Stiffness{of}"),
-            "The stiffness k(d) = κ(d)/d with its band, A dip at zero is a soft wind-up. Where the torque is too small to tell, \
+            "The stiffness k(d) = κ(d)/d with its band. A dip at zero is a soft wind-up. Where the torque is too small to tell, \
              nothing is drawn.",
             secant,
             Scatter::default(),

@@ -37,7 +37,9 @@ pub fn findings(file: &RecordFile, look: &Look, seconds: f64, sample_time: Optio
         findings: Vec::new(),
     };
     list.clock(look, seconds);
-    if look.time.is_none() && sample_time.is_none() {
+    // Of instants that are not read, the suggestion says why.
+    let are_unread = file.unsettled_dates().is_some() || file.unread_instants().is_some();
+    if look.time.is_none() && sample_time.is_none() && !are_unread {
         list.note(format!(
             "No column has the sample instants: frequencies are in cycles a sample. --sample-time S says the time between two samples{}.",
             file.sample_time_hint()
@@ -105,12 +107,16 @@ impl List<'_> {
         if clock.missing > 0 {
             self.warn(format!("'{name}' lacks {}.", counted(clock.missing, "instant")));
         }
-        if let Some(step) = even_behind_stamps(look, self.file) {
+        if let Some(even) = even_behind_stamps(self.file, Some(name), clock) {
+            let within = match even.is_known() {
+                true => String::new(),
+                false => format!(", within {}", flexure::text::percent(even.uncertainty)),
+            };
             self.note(format!(
-                "'{name}' repeats {} and skips {}. But no row is there twice, and the number of rows fits one row every {} s: the time stamps jitter, and the samples are even.",
+                "'{name}' repeats {} and skips {}. But no row is there twice, and the number of rows fits one row every {} s{within}: the time stamps jitter, and the samples are even.",
                 counted(clock.backwards.len(), "instant"),
                 clock.gaps.len(),
-                number(step * seconds)
+                number(even.step * seconds)
             ));
             return;
         }

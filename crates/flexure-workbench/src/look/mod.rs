@@ -12,11 +12,12 @@ mod suggestion;
 mod text;
 
 use anyhow::Result;
-use flexure::look::{Dependence, Direction, Kind, Look, Relation, look};
+use flexure::look::{Clock, Dependence, Direction, Kind, Look, Relation, look};
 use flexure_io::RecordFile;
 use serde_json::{Value, json};
 
 use crate::labels::Labels;
+use preparations::even_behind_stamps;
 
 pub use findings::{Finding, NOTED_JITTER};
 pub use suggestion::Suggestion;
@@ -41,12 +42,16 @@ pub struct Inspection<'a> {
     pub look: Look,
     /// The sample time in s; `None` if it is not known.
     pub sample_time: Option<f64>,
+    /// Whether the samples are evenly spaced behind stamps that are not.
+    is_even: bool,
     /// What is worth knowing, in sentences.
     pub findings: Vec<Finding>,
     /// The command to type next.
     pub suggestion: Option<Suggestion>,
     /// What to type or to say where nothing is suggested.
     pub remedy: &'static str,
+    /// Two commands, of which one is to type next, and when each is.
+    pub either: Option<[(&'static str, Suggestion); 2]>,
 }
 
 impl<'a> Inspection<'a> {
@@ -58,16 +63,30 @@ impl<'a> Inspection<'a> {
         for name in request.inputs.iter().copied().chain(request.output) {
             file.column(name)?;
         }
+        let nameless = nameless_instants(file, request);
+        let request = &Request {
+            time: request.time.or(nameless.map(|name| (name, 1.0))),
+            ..*request
+        };
         let time = request.time.map(|(name, _)| name);
         let seconds = request.time.map_or(1.0, |(_, seconds)| seconds);
         let instants = match time {
-            Some(name) => flexure::look::Clock::new(file.column(name)?),
+            Some(name) => Clock::new(file.column(name)?),
             None => None,
         };
-        let measured = instants.map(|clock| tidy(seconds * clock.usual_step(file.record.len())));
+        let is_even = instants
+            .as_ref()
+            .is_some_and(|clock| even_behind_stamps(file, time, clock).is_some());
+        let measured = instants
+            .zip(time)
+            .map(|(clock, name)| usual_step(file, name, seconds, &clock));
         let sample_time = request.sample_time.or(measured);
         let look = look(&file.record, time, sample_time).map_err(|error| file.locate(error))?;
-        let (suggestion, failure) = suggestion::suggestion(file, request, &look, sample_time);
+        let (mut suggestion, failure) = suggestion::suggestion(file, request, &look, sample_time);
+        let unnamed = suggestion
+            .iter_mut()
+            .flat_map(|suggestion| nameless.map(|name| (suggestion, name)));
+        unnamed.for_each(|(suggestion, name)| suggestion.options.extend(["--time", name].map(str::to_owned)));
         let remedy = match &failure {
             Some(failure) if failure.is_too_fast => "flexure excite ARM.toml --max-torque TAU -o torques.csv",
             Some(_) if file.unread_instants().is_some() && look.time.is_none() => {
@@ -76,6 +95,13 @@ impl<'a> Inspection<'a> {
             _ => "the same with --input A --output Y, where you expect column Y to follow column A",
         };
         let mut findings = findings::findings(file, &look, seconds, sample_time);
+        let taken = nameless.map(|name| Finding {
+            text: format!(
+                "'{name}' has no name and rises evenly: it is taken as the sample instants in s (--time {name})."
+            ),
+            warning: false,
+        });
+        findings.splice(0..0, taken);
         findings.extend(failure.map(|failure| Finding {
             text: failure.text,
             warning: true,
@@ -83,10 +109,12 @@ impl<'a> Inspection<'a> {
         Ok(Inspection {
             findings,
             remedy,
+            either: suggestion::of_dates(file, request, &look),
             suggestion,
             file,
             look,
             sample_time,
+            is_even,
         })
     }
 
@@ -202,6 +230,20 @@ impl<'a> Inspection<'a> {
             None => "cycles/sample",
         }
     }
+}
+
+/// The column of a file without names that is taken as the instants, where nothing else says them.
+fn nameless_instants<'a>(file: &'a RecordFile, request: &Request) -> Option<&'a str> {
+    let is_used = |name: &str| request.inputs.contains(&name) || request.output == Some(name);
+    let is_open = request.time.is_none() && request.sample_time.is_none();
+    file.nameless_instants().filter(|name| is_open && !is_used(name))
+}
+
+/// The time between two samples in s.
+fn usual_step(file: &RecordFile, time: &str, seconds: f64, clock: &Clock) -> f64 {
+    let even = even_behind_stamps(file, Some(time), clock);
+    let step = even.map_or_else(|| clock.usual_step(file.record.len()), |even| even.step);
+    tidy(seconds * step)
 }
 
 /// A number without the rounding error of printed instants.

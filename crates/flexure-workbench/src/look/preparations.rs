@@ -57,6 +57,12 @@ fn only(part: &Range<usize>) -> Option<Cut> {
     Some(Cut::Samples([Some(part.start), Some(part.end)]))
 }
 
+/// What stands for a sample time that the record does not tell.
+pub(super) const UNKNOWN_TIME: &str = "SECONDS";
+
+/// The largest uncertainty of a sample time that is suggested. Convention: a model's frequencies are then wrong by as much.
+const KNOWN: f64 = 0.01;
+
 /// What stands for the output file of a preparation.
 pub(super) const PREPARED: &str = "prepared.csv";
 
@@ -129,10 +135,18 @@ pub(super) fn without_dead_start(look: &Look, file: &RecordFile) -> Option<Repai
     Some(Repair::new(steps, why))
 }
 
-/// The command for a record whose samples are evenly spaced behind uneven stamps.
-pub(super) fn even_stamps(sample_time: f64) -> Suggestion {
+/// The command for a record whose samples are evenly spaced behind uneven stamps; `sample_time` is the time between two samples, if it is known.
+pub(super) fn even_stamps(sample_time: Option<f64>, rows_fit: f64) -> Suggestion {
     let why = "The stamps jitter, but the samples are evenly spaced. This gives them even stamps.".to_owned();
-    Suggestion::new("prepare", &["--sample-time", &plain(sample_time), "-o", PREPARED], why)
+    let step = sample_time.map_or_else(|| UNKNOWN_TIME.to_owned(), plain);
+    let mut suggestion = Suggestion::new("prepare", &["--sample-time", &step, "-o", PREPARED], why);
+    if sample_time.is_none() {
+        suggestion.notes.push(format!(
+            "Put the time between two samples in place of {UNKNOWN_TIME}: the rows fit about {} s.",
+            plain(rows_fit)
+        ));
+    }
+    suggestion
 }
 
 /// A preparation of a record whose samples are not evenly spaced; inputs that hold their values, or have few, hold them between samples too.
@@ -145,7 +159,8 @@ pub(super) fn even_spacing(
 ) -> Repair {
     let samples = (look.time).map_or(0, |i| look.columns[i].samples + look.columns[i].missing);
     let stretch = longest_stretch(clock, samples);
-    let repeats = has_repeated_rows_only(look, file, clock);
+    let instants = look.time.and_then(|i| file.record.column(&look.columns[i].name).ok());
+    let repeats = instants.is_some_and(|instants| has_repeated_rows_only(instants, clock));
     let cuts = stretch.len() < samples && !(loses_few(clock) && (clock.backwards.is_empty() || repeats));
     let wild: Vec<&Column> = with_outliers(look).into_iter().filter(|c| are_wild(c, file)).collect();
     let resampling = resampling(look, clock, sample_time, inputs, cuts);
@@ -239,26 +254,42 @@ const LATEST: f64 = 2.5;
 /// Fewest samples whose number tells whether samples are lost. Convention.
 const FEWEST_COUNTED: usize = 100;
 
-/// The sample time of a record with even samples and uneven stamps, for example stamps in whole seconds that jitter.
+/// The sample time of a record with even samples and uneven stamps, in units of these.
+pub(super) struct Even {
+    /// The time between two samples.
+    pub step: f64,
+    /// How far it may be wrong, relative to it.
+    pub uncertainty: f64,
+}
+
+impl Even {
+    /// Whether the sample time is known well enough for a command.
+    pub fn is_known(&self) -> bool {
+        self.uncertainty <= KNOWN
+    }
+}
+
+/// The sample time of a record with even samples and uneven stamps in the column `time`, for example stamps in whole seconds that jitter.
 ///
 /// Some stamps repeat and others come late, but no row is there twice. The number of samples is just what the duration needs at a sample
-/// time of few digits.
-pub(super) fn even_behind_stamps(look: &Look, file: &RecordFile) -> Option<f64> {
-    let clock = look
-        .clock
-        .as_ref()
-        .filter(|clock| !clock.backwards.is_empty() && clock.missing == 0)?;
+/// time of few digits. A clock that many samples share tells the duration only to a tick.
+pub(super) fn even_behind_stamps(file: &RecordFile, time: Option<&str>, clock: &Clock) -> Option<Even> {
+    let time = time?;
+    if clock.backwards.is_empty() || clock.missing > 0 {
+        return None;
+    }
     let samples = file.record.len();
     if samples < FEWEST_COUNTED {
         return None;
     }
     let is_twice = |i: usize| {
-        let others = file.record.columns().enumerate().filter(|(c, _)| Some(*c) != look.time);
-        let mut columns = others.map(|(_, (_, x))| (x[i - 1], x[i]));
+        let others = file.record.columns().filter(|(name, _)| *name != time);
+        let mut columns = others.map(|(_, x)| (x[i - 1], x[i]));
         columns.all(|(before, own)| before == own || (before.is_nan() && own.is_nan()))
     };
     let is_late = |steps: f64| steps <= LATEST;
-    let repeats = has_repeated_rows_only(look, file, clock) && !clock.backwards.iter().any(|&i| is_twice(i));
+    let instants = file.record.column(time).ok()?;
+    let repeats = has_repeated_rows_only(instants, clock) && !clock.backwards.iter().any(|&i| is_twice(i));
     if !repeats || !clock.gaps.iter().all(|gap| is_late(gap.steps)) {
         return None;
     }
@@ -267,7 +298,11 @@ pub(super) fn even_behind_stamps(look: &Look, file: &RecordFile) -> Option<f64> 
     let decimals = samples.ilog10() as usize - 2;
     let step: f64 = format!("{mean:.decimals$e}").parse().ok()?;
     let is_whole = (clock.duration - step * (samples - 1) as f64).abs() < 0.5 * clock.step;
-    is_whole.then_some(step)
+    let is_shared = clock.step > (1.0 + Clock::UNIFORM) * step;
+    is_whole.then_some(Even {
+        step,
+        uncertainty: if is_shared { clock.step / clock.duration } else { 0.0 },
+    })
 }
 
 /// Whether so few samples are lost in each gap that they are interpolated.
@@ -277,9 +312,8 @@ fn loses_few(clock: &Clock) -> bool {
 }
 
 /// Whether all samples at which time does not increase have the instant of the sample before: rows that are there twice.
-fn has_repeated_rows_only(look: &Look, file: &RecordFile, clock: &Clock) -> bool {
-    let instants = look.time.and_then(|i| file.record.column(&look.columns[i].name).ok());
-    instants.is_some_and(|t| clock.backwards.iter().all(|&i| t[i] == t[i - 1]))
+fn has_repeated_rows_only(instants: &[f64], clock: &Clock) -> bool {
+    clock.backwards.iter().all(|&i| instants[i] == instants[i - 1])
 }
 
 /// The steps that resample; none where the part that is kept is evenly spaced.

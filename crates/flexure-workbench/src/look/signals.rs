@@ -246,7 +246,7 @@ fn why(output: &str, inputs: &[&str], is_ordered: bool, is_named: bool) -> Strin
             quoted(inputs.iter().copied())
         ),
         (false, _) => {
-            "The lags do not tell which column is the cause: the order of the columns was taken. Swap --input and --output if that is wrong."
+            "The lags do not tell which column is the cause, so the first column is taken as the input. Swap --input and --output if that is wrong."
                 .to_owned()
         }
     }

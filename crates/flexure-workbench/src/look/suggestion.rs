@@ -12,8 +12,8 @@ use super::joint;
 use super::joint_columns::joints;
 use super::joint_trial::Failure;
 use super::preparations::{
-    PREPARED, Repair, are_wild, even_behind_stamps, even_spacing, even_stamps, with_outliers, without_dead_start,
-    without_gaps, without_outliers,
+    PREPARED, Repair, UNKNOWN_TIME, are_wild, even_behind_stamps, even_spacing, even_stamps, with_outliers,
+    without_dead_start, without_gaps, without_outliers,
 };
 use super::roles::is_setpoint;
 use super::signals::{Signals, signals};
@@ -24,9 +24,6 @@ use crate::text::{capitalised, quoted};
 const TWO: usize = 2;
 /// Fewest samples for which an identification is suggested: what block structures need.
 const FEWEST: usize = 200;
-
-/// What stands for a sample time that the record does not tell.
-const UNKNOWN_TIME: &str = "SECONDS";
 
 /// The option that leaves missing outputs out; an identification that prepares its record does so by itself.
 const MISSING: &str = "--missing";
@@ -150,6 +147,19 @@ pub(super) fn suggestion(
     if let Some(again) = reading_again(file, look) {
         return (Some(again), None);
     }
+    if let (None, None, Some(dates)) = (look.time, request.sample_time, file.unsettled_dates()) {
+        let text = format!(
+            "{}. --sample-time S takes the rows as evenly spaced, even where some are lost.",
+            capitalised(&dates.to_string())
+        );
+        return (
+            None,
+            Some(Failure {
+                text,
+                ..Failure::default()
+            }),
+        );
+    }
     if let (None, None, Some(name)) = (look.time, request.sample_time, file.unread_instants()) {
         let text = format!(
             "Column '{name}' should have the instants, but its texts are not read as time stamps: say by --time-format how they are written. \
@@ -172,6 +182,19 @@ pub(super) fn suggestion(
         Next::Repair(repair) => at_once(&repair, file, request, look).unwrap_or_else(|| repair.command()),
     });
     (suggestion.map(|suggestion| suggestion.into_another(file)), None)
+}
+
+/// A look with the day first, and one with the month first, where dates may begin with either.
+pub(super) fn of_dates(file: &RecordFile, request: &Request, look: &Look) -> Option<[(&'static str, Suggestion); 2]> {
+    let dates = file
+        .unsettled_dates()
+        .filter(|_| look.time.is_none() && request.sample_time.is_none())?;
+    let [month, day] = dates.formats.each_ref();
+    let by = |format: &String| Suggestion::new("look", &["--time-format", format], String::new());
+    Some([
+        ("if the day comes first", by(day)),
+        ("if the month comes first", by(month)),
+    ])
 }
 
 /// What is to be done next.
@@ -213,10 +236,15 @@ fn next(
         },
     };
     Ok(next.map(|next| match (&look.clock, sample_time) {
-        (Some(clock), Some(step)) if !clock.is_uniform => match even_behind_stamps(look, file) {
-            Some(_) => Next::Other(even_stamps(step)),
-            None => Next::Repair(even_spacing(look, file, clock, step, &held).into()),
-        },
+        (Some(clock), Some(step)) if !clock.is_uniform => {
+            match even_behind_stamps(file, request.time.map(|(name, _)| name), clock) {
+                Some(even) => Next::Other(even_stamps(
+                    request.sample_time.or(even.is_known().then_some(step)),
+                    step,
+                )),
+                None => Next::Repair(even_spacing(look, file, clock, step, &held).into()),
+            }
+        }
         _ => next,
     }))
 }
@@ -370,7 +398,7 @@ fn structure(several: bool, few: bool) -> (Option<[&'static str; 2]>, &'static s
     match (several, few) {
         (true, _) => (
             None,
-            " Linear dynamics are compared with a nonlinearity for every input.",
+            " The command compares a linear model with one that has a curve for each input.",
         ),
         (false, true) => (
             Some(["--structure", "linear"]),

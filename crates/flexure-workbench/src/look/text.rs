@@ -71,7 +71,8 @@ impl Inspection<'_> {
         let n = self.file.record.len();
         // With lost rows, the instants last longer than the samples.
         let steps = |clock: &Clock| (clock.duration / clock.usual_step(n)).round() + 1.0;
-        let steps = self.look.clock.as_ref().map_or(n as f64, steps);
+        let clock = self.look.clock.as_ref().filter(|_| !self.is_even);
+        let steps = clock.map_or(n as f64, steps);
         let time = match (self.sample_time, &self.look.clock) {
             (Some(step), _) => format!(", every {} s, {} s in all", plain(step), plain(step * steps)),
             _ => String::new(),
@@ -121,7 +122,9 @@ impl Inspection<'_> {
             (Direction::Forward, _) => format!("'{effect}' follows '{cause}' after {}", self.delay(d)),
             (Direction::AtOnce, _) => format!("'{cause}' and '{effect}' change together"),
             (Direction::Both, _) => {
-                format!("'{cause}' and '{effect}' follow each other: feedback, or both follow a third")
+                format!(
+                    "'{cause}' and '{effect}' follow each other: feedback, both follow a third, or a periodic input such as a multisine"
+                )
             }
         };
         match d.kind {

@@ -2,7 +2,7 @@
 
 use super::limits::{
     BROKEN, FEWEST_SAMPLES, HELD, MOST_OUTLIERS, OUTLIER, OUTLIER_JUMP, OUTLIER_SIZE, ROUNDING, STOP_HELD, STOP_RATIO,
-    STOP_RUN, STOP_SHARE, STOP_STEPS,
+    STOP_RUN, STOP_SHARE, STOP_STEPS, STOP_VALUES, STOP_VISITS,
 };
 use super::quantisation::Quantisation;
 use super::spectrum::Spectrum;
@@ -143,7 +143,8 @@ fn counts(samples: &[f64]) -> bool {
     steps.iter().all(is_multiple) && steps.iter().filter(lost).count() * BROKEN <= steps.len()
 }
 
-/// The standstill at an extreme of a column whose values, in increasing order, are `sorted`.
+/// The standstill at an extreme of a column whose values, in increasing order, are `sorted`: a run of such samples, or far more of
+/// them than usual.
 fn stop(samples: &[f64], sorted: &[f64], extreme: f64, step: f64) -> Option<Stop> {
     let at_extreme = || runs(samples).filter(|run| run[0] == extreme).map(<[f64]>::len);
     let (at, longest) = (at_extreme().sum::<usize>(), at_extreme().max().unwrap_or(0));
@@ -154,9 +155,17 @@ fn stop(samples: &[f64], sorted: &[f64], extreme: f64, step: f64) -> Option<Stop
     let within = |low: f64, high: f64| sorted.partition_point(|v| *v < high) - sorted.partition_point(|v| *v < low);
     // The samples as near to the extreme as the next step, without the extreme itself.
     let near = within(extreme - 1.5 * step, extreme + 1.5 * step) - at;
-    let stands = longest >= STOP_RUN.max(STOP_HELD * usual)
+    let values = runs(sorted).count();
+    // The extremes are the first and the last value.
+    let between = runs(sorted).skip(1).take(values.saturating_sub(2));
+    let most = between.map(<[f64]>::len).max().unwrap_or(0);
+    let exceeds = |of: usize| at as f64 > STOP_RATIO * of as f64;
+    // On a grid, the next step says how often such values are.
+    let is_most = near > 0 || exceeds(most);
+    let returns = at_extreme().count() >= STOP_VISITS && values >= STOP_VALUES && is_most;
+    let stands = (longest >= STOP_RUN.max(STOP_HELD * usual) || returns)
         && at as f64 > STOP_SHARE * sorted.len() as f64
-        && at as f64 > STOP_RATIO * near as f64;
+        && exceeds(near);
     stands.then_some(Stop {
         value: extreme,
         samples: at,

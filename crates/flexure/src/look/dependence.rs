@@ -66,7 +66,8 @@ pub enum Direction {
     Forward,
     /// Both change in the same sample: the lags do not show which one is the cause.
     AtOnce,
-    /// Each column follows the other: feedback, or both follow a third one.
+    /// Each column follows the other: feedback, or both follow a third one. A periodic input, such as a multisine, can look so too: its past
+    /// tells its future, and so does the output's past.
     Both,
 }
 

@@ -25,6 +25,11 @@ pub(super) const STOP_HELD: usize = 2;
 /// The least ratio of the samples at an extreme to those in the next step of the range. A quantised sine, whose density is greatest at its
 /// extremes, has at most $1/(\sqrt 2 - 1) = 2.4$.
 pub(super) const STOP_RATIO: f64 = 5.0;
+/// A fast signal that is clipped returns to its extreme at least this often, in runs of any length. Convention: the largest of many samples on
+/// a grid is one of a few.
+pub(super) const STOP_VISITS: usize = 10;
+/// Fewest values of such a column. Of fewer, the extremes may be where a signal switches to, as three levels are.
+pub(super) const STOP_VALUES: usize = 20;
 /// Steps of the range of a column that is not quantised. Convention.
 pub(super) const STOP_STEPS: f64 = 1000.0;
 

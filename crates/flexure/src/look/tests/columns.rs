@@ -121,6 +121,59 @@ fn a_standstill_at_an_extreme_is_seen_on_its_side() {
     assert!(column(&saturated).lower_stop.is_some() && column(&saturated).upper_stop.is_none());
 }
 
+/// A fast signal leaves its extreme at once and returns. Values of a grid, of a few levels and of a repeated period return too, but not more
+/// often than others do.
+#[test]
+fn a_fast_signal_that_is_clipped_is_seen() {
+    let white = gaussian(3000, 23);
+    let clipped: Vec<f64> = white.iter().map(|v| v.clamp(-2.0, 1.25)).collect();
+    let (c, at) = (column(&clipped), |limit: f64| {
+        clipped.iter().filter(|v| **v == limit).count()
+    });
+    assert_eq!(c.upper_stop.map(|s| s.samples), Some(at(1.25)));
+    assert_eq!(c.lower_stop.map(|s| s.samples), Some(at(-2.0)));
+    // The same by a converter, and where each value is held.
+    let of_converter = column(&rounded(&clipped, 0.05, 0.0));
+    assert!(of_converter.upper_stop.is_some() && of_converter.lower_stop.is_some());
+    let held: Vec<f64> = clipped.iter().flat_map(|v| [*v; 3]).collect();
+    assert!(column(&held).upper_stop.is_some() && column(&held).lower_stop.is_some());
+    let none = |x: &[f64], what: &str| {
+        let c = column(x);
+        assert!(
+            c.lower_stop.is_none() && c.upper_stop.is_none(),
+            "{what}: {:?} {:?}",
+            c.lower_stop,
+            c.upper_stop
+        );
+    };
+    none(&white, "white");
+    for step in [0.05, 0.3, 0.7, 1.5] {
+        none(&rounded(&white, step, 0.0), &format!("rounded to {step}"));
+    }
+    let uniform = |k: usize, levels: usize| ((k * 7919 + k * k * 31) % 10_007 % levels) as f64;
+    for levels in [2, 3, 5, 12, 25, 100] {
+        let x: Vec<f64> = (0..3000).map(|k| uniform(k, levels)).collect();
+        none(&x, &format!("{levels} levels"));
+    }
+    // Mostly the outer two of four levels.
+    let switched: Vec<f64> = (0..3000)
+        .map(|k| [0.0, 3.0, 0.0, 3.0, 0.0, 3.0, 0.0, 3.0, 1.0, 2.0][k * 7 % 10])
+        .collect();
+    none(&switched, "switched");
+    let periodic: Vec<f64> = (0..3000).map(|k| white[k % 150]).collect();
+    none(&periodic, "periodic");
+    for period in [37.0, 100.0, 613.7] {
+        let sine: Vec<f64> = (0..3000)
+            .map(|k| (std::f64::consts::TAU * f64::from(k) / period).sin())
+            .collect();
+        none(&sine, &format!("a sine of {period} samples"));
+        none(
+            &rounded(&sine, 0.02, 0.0),
+            &format!("a rounded sine of {period} samples"),
+        );
+    }
+}
+
 #[test]
 fn planted_outliers_are_found_and_no_others() {
     let smooth = lag(0.95, &gaussian(8000, 8));

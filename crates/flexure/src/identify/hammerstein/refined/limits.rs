@@ -24,7 +24,7 @@ pub(super) const OVERFITTED_SAMPLES: f64 = 20.0;
 /// Alternation: most passes, and the Levenberg-Marquardt steps of a pass and of the last one. By the benchmark.
 pub(super) const PASSES: usize = 6;
 pub(super) const STEPS: usize = 3;
-pub(super) const LAST_STEPS: usize = 20;
+pub(super) const LAST_STEPS: usize = 100;
 /// Alternation: a pass is the last if it lowers the noise's deviation by at most this share, and moves no breakpoint by more than this
 /// distance in the unit coordinate. Convention.
 pub(super) const UNCHANGED_NOISE: f64 = 2e-4;
@@ -52,7 +52,7 @@ pub(super) const ORDERS_BEYOND: usize = 2;
 /// Structure: samples for changes of the linear part, the steps of each change, and how often the other parameters are fitted again after
 /// changes. Conventions; they bound the time.
 pub(super) const STRUCTURE_SAMPLES: usize = 10_000;
-pub(super) const CHANGE_STEPS: usize = 6;
+pub(super) const CHANGE_STEPS: usize = 12;
 pub(super) const CHANGES: usize = 3;
 /// Structure: the least decrease of Schwarz's criterion by a change. Convention: many are tried, and some lower it by chance.
 pub(super) const CHANGE_GAIN: f64 = 20.0;
