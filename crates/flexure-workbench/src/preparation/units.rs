@@ -146,10 +146,9 @@ fn find(name: &str) -> Option<(Unit, &'static [Unit])> {
     let known = |name: &str| {
         let plain = plain(name);
         let is = |unit: &&Unit| unit.names.contains(&plain.as_str());
-        let found = QUANTITIES
+        QUANTITIES
             .iter()
-            .find_map(|units| Some((*units.iter().find(is)?, *units)));
-        found
+            .find_map(|units| Some((*units.iter().find(is)?, *units)))
     };
     let divided = || {
         let (name, divisor) = name.rsplit_once('/')?;
