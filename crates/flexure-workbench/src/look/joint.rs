@@ -155,14 +155,6 @@ fn candidates<'a>(joints: &[Joint<'a>]) -> Vec<Vec<Joint<'a>>> {
     flexible.into_iter().chain(rigid).map(|joint| vec![joint]).collect()
 }
 
-/// The option for the position of a rigid axis: an angle of its motor may be before a gear.
-fn option_of_position(file: &RecordFile, name: &str) -> &'static str {
-    match role_with_unit(name, file.unit(name)) {
-        Some((Role::MotorPosition, _)) => "--motor",
-        _ => "--position",
-    }
-}
-
 /// What may act on a rigid axis in addition to the torque: nothing, gravity or a spring.
 fn extras(joints: &[Joint]) -> Vec<Option<Extra>> {
     match joints[0].motor {
@@ -202,7 +194,7 @@ impl<'a> Command<'a> {
                 "--link".to_owned(),
                 position,
             ],
-            None => vec![option_of_position(file, first.position).to_owned(), position],
+            None => vec!["--position".to_owned(), position],
         };
         options.extend(["--torque".to_owned(), joined(|j| Some(j.torque.to_owned()))]);
         let named = |wanted: &dyn Fn(&str) -> bool| file.constants.iter().find(|c| wanted(&c.0));
@@ -254,7 +246,7 @@ impl<'a> Command<'a> {
         }
     }
 
-    /// Whether it moves along a line, and its position loop.
+    /// Whether it moves along a line, its position loop, and whether a gear may follow.
     fn complete_rigid(&mut self, file: &RecordFile, look: &Look, joint: Joint) {
         let is_line = |name: &str| file.unit(name).is_some_and(is_prismatic);
         if is_line(joint.position) || is_line(joint.torque) {
@@ -276,6 +268,13 @@ impl<'a> Command<'a> {
         if let (Some(reference), [Some(kp), Some(kv)]) = (reference, gains) {
             let options = ["--reference", reference, "--kp", kp, "--kv", kv];
             self.options.extend(options.map(str::to_owned));
+        } else if !self.is_prismatic()
+            && let Some((Role::MotorPosition, _)) = role_with_unit(joint.position, file.unit(joint.position))
+        {
+            self.notes.push(format!(
+                "'{}' is by its name the angle of a motor: where a gear follows it, write --motor in place of --position, and add --gear-ratio N.",
+                joint.position
+            ));
         }
     }
 
@@ -333,12 +332,6 @@ impl<'a> Command<'a> {
             self.notes.push(format!(
                 "'{}' is a current: --torque-constant KT, in N m for each A, makes it a torque.",
                 joint.torque
-            ));
-        }
-        if joint.motor.is_none() && self.options[0] == "--motor" {
-            self.notes.push(format!(
-                "'{}' is by its name the angle of a motor: where a gear follows it, add --gear-ratio N, and the result is that of the link.",
-                joint.position
             ));
         }
         if joint.motor.is_none() && !integrates && self.extra.is_none() {

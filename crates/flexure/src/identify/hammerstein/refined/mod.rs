@@ -121,10 +121,18 @@ impl RefinedHammerstein {
             request.options.missing,
             self.fresh_share,
         )?;
-        let plain = self.plain_estimate(&all, input, output)?;
-        match self.refine(request, &all, &plain)? {
-            Some(refined) => Ok(refined),
-            None => self.not_refined(request, &all, plain),
+        match self.plain_estimate(&all, input, output) {
+            Ok(plain) => match self.refine(request, &all, &plain)? {
+                Some(refined) => Ok(refined),
+                None => self.not_refined(request, &all, plain),
+            },
+            // A plain estimate with the given order may fail where a start with another order leads to one.
+            Err(error) if self.order.is_some() => {
+                let start = RefinedHammerstein { order: None, ..*self }.plain_estimate(&all, input, output);
+                let refined = start.ok().map(|start| self.refine(request, &all, &start)).transpose()?;
+                refined.flatten().ok_or(error)
+            }
+            Err(error) => Err(error),
         }
     }
 
