@@ -96,7 +96,7 @@ fn sample_range(text: &str) -> Result<[Option<usize>; 2], String> {
     })
 }
 
-fn conversion(text: &str) -> Result<Conversion, String> {
+pub fn conversion(text: &str) -> Result<Conversion, String> {
     let parts = text
         .rsplit_once('=')
         .map(|(column, units)| (column.trim(), units.trim()));

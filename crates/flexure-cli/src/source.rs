@@ -9,7 +9,7 @@ use anyhow::{Context as _, Result};
 use clap::{Args as _, FromArgMatches as _};
 use flexure::text::shown_path;
 use flexure_io::{Format, ModelFile, RecordFile};
-use flexure_workbench::preparation::Preparation;
+use flexure_workbench::preparation::{Conversion, Preparation};
 
 use crate::arguments::Usage;
 use crate::output::{print_note, quoted};
@@ -142,6 +142,27 @@ impl Source {
     ) -> Result<RecordFile> {
         let mut steps = self.steps.preparation();
         steps.unfilled = unfilled.iter().map(|&name| name.to_owned()).collect();
+        self.with_steps(steps, file, columns, model)
+    }
+
+    /// The same with units of columns converted first.
+    ///
+    /// # Errors
+    /// Those of [`prepared`](Self::prepared); for a unit that is not known.
+    pub fn converted(&self, file: RecordFile, columns: &[&str], units: &[Conversion]) -> Result<RecordFile> {
+        let mut steps = self.steps.preparation();
+        steps.convert = units.to_vec();
+        self.with_steps(steps, file, columns, None)
+    }
+
+    /// The file with these steps done to the columns in use.
+    fn with_steps(
+        &self,
+        mut steps: Preparation,
+        file: RecordFile,
+        columns: &[&str],
+        model: Option<&ModelFile>,
+    ) -> Result<RecordFile> {
         let time = self.reading.time_column();
         // Without instants, the sample time counts as the model's.
         if steps.resample.is_some() && model.is_some() && file.instants(time, columns)?.is_none() {
@@ -152,7 +173,7 @@ impl Source {
                 shown_path(&file.path)
             ));
         }
-        if steps.repeated().is_empty() {
+        if steps.repeated().is_empty() && steps.convert.is_empty() {
             return Ok(file);
         }
         renamed(&mut steps, &file, columns, model);

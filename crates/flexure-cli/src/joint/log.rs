@@ -7,7 +7,7 @@ use std::str::FromStr;
 use anyhow::{Result, bail};
 use flexure::text::{exact, shown_path};
 use flexure_io::RecordFile;
-use flexure_workbench::joints::{AxisLog, Log, in_unit};
+use flexure_workbench::joints::{AxisLog, LaterLog, Log, in_unit};
 
 use super::Arguments;
 use super::axes::AXIS;
@@ -309,6 +309,16 @@ impl Columns {
 }
 
 impl Arguments {
+    /// The columns of these names as another log of the joint.
+    pub(super) fn later<'a>(&self, file: Option<&'a RecordFile>, names: &Names) -> Result<Option<LaterLog<'a>>> {
+        let Some(file) = file else { return Ok(None) };
+        Ok(Some(LaterLog {
+            log: Columns::new(file, names)?.log(file, self)?,
+            file,
+            position_loop: self.position_loop(file, names)?,
+        }))
+    }
+
     /// The file of another log of the joint.
     pub(super) fn later_file(&self) -> Result<Option<RecordFile>> {
         self.validate.as_deref().map(|path| self.read(path)).transpose()
@@ -317,7 +327,7 @@ impl Arguments {
     /// The log at `path`, with the steps done to the columns in use.
     pub(super) fn read(&self, path: &Path) -> Result<RecordFile> {
         let file = self.source.reading.read(path)?;
-        if !self.source.prepares() {
+        if !self.source.prepares() && self.convert.is_empty() {
             return Ok(file);
         }
         let given = [self.position(), self.motor.as_deref(), self.link.as_deref()];
@@ -331,7 +341,7 @@ impl Arguments {
         let names = file.record.names().to_vec();
         let used = |name: &&str| given.iter().any(|given| means(given, &file, name));
         let columns: Vec<&str> = names.iter().map(String::as_str).filter(used).collect();
-        self.source.prepared(file, &columns, &[], None)
+        self.source.converted(file, &columns, &self.convert)
     }
 
     /// The sample time of these columns of a file, s.

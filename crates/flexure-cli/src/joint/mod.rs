@@ -14,7 +14,8 @@ use flexure::text::shown_path;
 use flexure_io::arm::Excitation;
 use flexure_io::{RecordFile, write_record_with_units};
 use flexure_workbench::fleet::{Outcome, joined, single_values};
-use flexure_workbench::joints::{Curves, LaterLog, Place, Settings, Units, identify, recorded};
+use flexure_workbench::joints::{Curves, Place, Settings, Units, identify, recorded};
+use flexure_workbench::preparation::Conversion;
 use serde_json::{Value, json};
 
 use crate::arguments::{self, Usage};
@@ -23,6 +24,7 @@ use crate::output::{print, print_result, this_command};
 use crate::progress::spinning;
 use crate::simulate::read_arm;
 use crate::source::Source;
+use crate::steps::STEPS;
 use axes::AxisNames;
 use chain::ChainOptions;
 use log::{Columns, Names, Number};
@@ -142,6 +144,9 @@ pub struct Arguments {
     /// Write a page that shows everything here.
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
+    /// Convert the unit of a column, for example q=deg:rad, or q=rev/4096:rad for counts of an encoder. May be given more than once.
+    #[arg(long, help_heading = STEPS, value_name = "COLUMN=UNIT", value_parser = crate::prepare::conversion)]
+    convert: Vec<Conversion>,
     #[command(flatten)]
     source: Source,
     /// Print one JSON object.
@@ -378,16 +383,6 @@ impl Arguments {
             kp: kp.value(file, "kp")?,
             kv: kv.value(file, "kv")?,
             torque_constant: self.torque_on_link(file)?,
-        }))
-    }
-
-    /// The columns of these names as another log of the joint.
-    fn later<'a>(&self, file: Option<&'a RecordFile>, names: &Names) -> Result<Option<LaterLog<'a>>> {
-        let Some(file) = file else { return Ok(None) };
-        Ok(Some(LaterLog {
-            log: Columns::new(file, names)?.log(file, self)?,
-            file,
-            position_loop: self.position_loop(file, names)?,
         }))
     }
 

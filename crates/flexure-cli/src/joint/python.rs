@@ -11,7 +11,11 @@ use crate::python::{self, Call};
 impl Arguments {
     /// Python code that identifies the same joint or arm and writes its page; `None` where Python works differently.
     pub(super) fn python(&self, file: &RecordFile, joints: usize, sample_time: f64) -> Option<String> {
-        if self.source.prepares() || !self.source.reading.given().is_empty() || self.validate.is_some() {
+        if self.source.prepares()
+            || !self.convert.is_empty()
+            || !self.source.reading.given().is_empty()
+            || self.validate.is_some()
+        {
             return None;
         }
         let named = |text: &str| -> Value {

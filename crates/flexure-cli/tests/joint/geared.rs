@@ -49,7 +49,7 @@ fn at_motor(folder: &Folder, name: &str, start: f64) {
     const GEAR: f64 = 40.0;
     let counts = |q: f64| (GEAR * q * 10_000.0 / std::f64::consts::TAU).round();
     let log = PLAIN.log(|t, _| multisine(t + start), |[q, tau]| [counts(q), tau / GEAR]);
-    folder.write(name, log.replacen("q", "counts", 1));
+    folder.write(name, log.replacen("q", "enc_counts", 1));
 }
 
 #[test]
@@ -57,21 +57,28 @@ fn a_rigid_axis_at_its_motor_is_seen_from_the_link() {
     let folder = Folder::new();
     folder.write("plain.csv", PLAIN.log(|t, _| multisine(t), as_it_is));
     at_motor(&folder, "counts.csv", 0.0);
-    let untold = folder.done("joint counts.csv --motor counts --torque tau --gear-ratio 40");
+    let looked = folder.done("look counts.csv");
+    let next = "next: flexure joint counts.csv --position enc_counts --torque tau --convert enc_counts=rev/N:rad --report report.html\n";
+    assert!(looked.ends_with(next), "{looked}");
+    let untold = folder.done("joint counts.csv --motor enc_counts --torque tau --gear-ratio 40");
     assert!(
         untold.starts_with("Rigid axis not to be trusted, because an angle may be in counts of an encoder"),
         "{untold}"
     );
-    folder.done("prepare counts.csv --convert counts=rev/10000:rad -o geared.csv");
+    folder.done("prepare counts.csv --convert enc_counts=rev/10000:rad -o geared.csv");
     let inertia = |command: &str| folder.json(command)["inertia"]["value"].as_f64().unwrap();
     let plain = inertia("joint plain.csv --position q --torque tau");
-    let geared = inertia("joint geared.csv --motor counts --torque tau --gear-ratio 40");
+    let geared = inertia("joint geared.csv --motor enc_counts --torque tau --gear-ratio 40");
     assert!((geared / plain - 1.0).abs() < 2e-3, "{geared} {plain}");
+    let command =
+        "joint counts.csv --motor enc_counts --torque tau --gear-ratio 40 --convert enc_counts=rev/10000:rad --json";
+    let at_once: serde_json::Value = serde_json::from_str(&folder.run(command).stdout).unwrap();
+    assert_eq!(at_once["inertia"]["value"], geared);
     // As a position, it is taken as it is, and that is said.
-    let noted = folder.run("joint geared.csv --position counts --torque tau --gear-ratio 40");
-    let note = "'counts' is taken as the angle behind the gear and is not divided by 40; if it is the motor's, write --motor in place of --position";
+    let noted = folder.run("joint geared.csv --position enc_counts --torque tau --gear-ratio 40");
+    let note = "'enc_counts' is taken as the angle behind the gear and is not divided by 40; if it is the motor's, write --motor in place of --position";
     assert!(noted.stderr.contains(note), "{}", noted.stderr);
-    let alone = folder.run("joint geared.csv --torque tau --link counts");
+    let alone = folder.run("joint geared.csv --torque tau --link enc_counts");
     assert!(
         alone.code == Some(2) && alone.stderr.contains("--motor <COLUMN>"),
         "{}",

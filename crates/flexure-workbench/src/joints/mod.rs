@@ -49,6 +49,9 @@ pub(crate) use two_link::TwoLink;
 /// A negative inertia of more standard errors than this is no chance.
 const CLEARLY: f64 = 3.0;
 
+/// A column of counts has whole numbers in at least this share of its samples: others are interpolated. Convention.
+const WHOLE: f64 = 0.98;
+
 /// What is known about a joint in addition to its log.
 #[derive(Debug, Clone, Default)]
 pub struct Settings {
@@ -190,9 +193,12 @@ pub fn identify(log: Log, settings: &Settings, file: &RecordFile, spelling: Spel
                 if settings.prismatic || column.is_some_and(|column| file.unit(file.meant(column)).is_some()) {
                     axis.findings.retain(|f| !matches!(f, Finding::ManyTurns { .. }));
                 }
-                // The gear may have made fractions of them.
+                // The gear may have made fractions of them, and interpolation of a few.
                 let logged = column.and_then(|column| file.record.column(file.meant(column)).ok());
-                let are_whole = logged.is_some_and(|samples| samples.iter().all(|q| q.fract() == 0.0));
+                let are_whole = logged.is_some_and(|samples| {
+                    let whole = samples.iter().filter(|q| q.fract() == 0.0).count();
+                    whole as f64 > WHOLE * samples.len() as f64
+                });
                 for finding in &mut axis.findings {
                     if let Finding::ManyTurns { whole, .. } = finding {
                         *whole |= are_whole;

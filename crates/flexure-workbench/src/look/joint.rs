@@ -1,7 +1,7 @@
 //! Whether a record is the log of a robot's joint, and the command for it.
 
 use flexure::identify::robot_joint::{Extra, gear_ratio};
-use flexure::look::Look;
+use flexure::look::{Column, Look};
 use flexure::text::{self, exact, number};
 use flexure_io::RecordFile;
 
@@ -260,6 +260,16 @@ impl<'a> Command<'a> {
         } else if file.unit(joint.position).is_none() && !is_torque(joint.torque) {
             self.notes
                 .push("Add --prismatic if the axis moves along a line: positions in m, forces in N.".to_owned());
+        }
+        let is_position = |c: &&Column| c.name == joint.position && file.unit(joint.position).is_none();
+        let quantised = (look.columns.iter().find(is_position)).and_then(|c| c.quantisation);
+        if quantised.is_some_and(|q| q.step == 1.0) && !self.is_prismatic() {
+            self.options
+                .extend(["--convert".to_owned(), format!("{}=rev/N:rad", joint.position)]);
+            self.notes.push(format!(
+                "'{}' has whole numbers, as counts of an encoder: put those of a revolution in place of N.",
+                joint.position
+            ));
         }
         let constants = || file.constants.iter().map(|c| c.0.as_str());
         let gains = ["kp", "kv"].map(|gain| constants().find(|name| name.eq_ignore_ascii_case(gain)));

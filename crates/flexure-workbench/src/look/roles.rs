@@ -78,6 +78,10 @@ const NAMES: [(Role, &[&str]); 9] = [
             "thetal",
             "winkel",
             "lage",
+            "enc",
+            "encoder",
+            "enccounts",
+            "encodercounts",
         ],
     ),
     (

@@ -171,6 +171,22 @@ fn without_fastest(g: &Rational) -> Option<Rational> {
     Some(Rational::from_roots(&[], &without(&all, fastest)).with_numerator(b))
 }
 
+/// With one pole less, whatever the others are: without the fastest pole, or with a real pole in place of the fastest pair.
+pub(in crate::identify) fn with_a_pole_less(g: &Rational) -> Option<Rational> {
+    let all = groups(&g.poles());
+    let by_size = |a: &(usize, &Root), b: &(usize, &Root)| a.1.at.norm().total_cmp(&b.1.at.norm());
+    let (fastest, root) = all.iter().enumerate().min_by(by_size)?;
+    let mut poles = without(&all, fastest);
+    if root.pair {
+        poles.push(Complex::new(root.at.norm(), 0.0));
+    }
+    let kept = g.b.len().saturating_sub(1).max(1);
+    with_gain(
+        Rational::from_roots(&[], &poles).with_numerator(g.b[..kept].to_vec()),
+        g,
+    )
+}
+
 /// With a longer delay in place of the fastest real pole and of all but two numerator coefficients: a pole and zeros outside the unit circle
 /// can stand for a delay.
 ///
@@ -220,6 +236,20 @@ mod tests {
         for (a, b) in g.run(&impulse).iter().zip(again.run(&impulse)) {
             assert!((a - b).abs() < 1e-12, "{a} {b}");
         }
+    }
+
+    #[test]
+    fn a_pole_is_taken_from_any_system() {
+        let pair = [Complex::new(0.3, 0.4), Complex::new(0.3, -0.4)];
+        let g = Rational::from_roots(&[], &[pair[0], pair[1], Complex::new(0.9, 0.0)]).with_numerator(vec![0.5, 0.2]);
+        let mut orders = Vec::new();
+        let mut less = Some(g.clone());
+        while let Some(now) = less {
+            assert!((now.static_gain() / g.static_gain() - 1.0).abs() < 1e-9);
+            orders.push(now.order());
+            less = with_a_pole_less(&now);
+        }
+        assert_eq!(orders, [3, 2, 1, 0]);
     }
 
     #[test]

@@ -43,7 +43,7 @@ pub(super) use {
     approximation::{Approximation, approximate, restructured},
     candidate::{Candidate, Tried},
     cascade::{fit_nonlinearity, search, splits, without_start},
-    changes::{greedy, linear_parts},
+    changes::{greedy, linear_parts, with_a_pole_less},
     delay::{delays, least_lag, linear_delays},
     descent::{Minimum, Residuals, descend, descend_through},
     efficient::{efficient, matrix_product},

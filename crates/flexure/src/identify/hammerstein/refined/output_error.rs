@@ -8,6 +8,7 @@ use std::ops::{ControlFlow, Range};
 
 use super::super::super::block::{
     Branch, Candidate, Monitor, Prepared, Rational, Signals, System, hammerstein_branches, linear_parts,
+    with_a_pole_less,
 };
 use super::super::options::RefinedHammerstein;
 use super::alternation::{Alternation, Minimum, input_correlations, memory};
@@ -86,8 +87,9 @@ impl RefinedHammerstein {
                 return Some(system);
             }
             let mut nearer = linear_parts(&branch.back, branch.delay);
-            // The only coefficient of a numerator cannot become part of the delay.
+            // The only coefficient of a numerator cannot become part of the delay, nor every pole of the numerator.
             nearer.push((branch.back.clone(), branch.delay + 1));
+            nearer.extend(with_a_pole_less(&branch.back).map(|back| (back, branch.delay)));
             nearer.retain(|(g, delay)| distance(g, *delay) < left);
             let fitted = nearer.into_iter().map(|(back, delay)| {
                 let mut next = system.clone();
