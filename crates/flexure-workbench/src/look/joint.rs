@@ -267,7 +267,8 @@ impl<'a> Command<'a> {
             self.options
                 .extend(["--convert".to_owned(), format!("{}=rev/N:rad", joint.position)]);
             self.notes.push(format!(
-                "'{}' has whole numbers, as counts of an encoder: put those of a revolution in place of N.",
+                "'{}' has whole numbers, as counts of an encoder: put those of a revolution in place of N. Where the encoder is before a gear, write --motor in \
+                 place of --position, and add --gear-ratio.",
                 joint.position
             ));
         }
