@@ -56,7 +56,7 @@ fn a_wiener_model_comes_back_and_predicts() {
     assert_eq!(found["structure"], "wiener");
     assert_eq!(found["method"], "prediction-error");
     assert_eq!(found["holds"], true, "{}", found["verdict"]);
-    assert_eq!(found["start"], "those of the best linear approximation");
+    assert_eq!(found["start"], "the poles of the best linear model");
     let block = &found["linear"];
     for (got, want) in numbers(&block["a"]).iter().zip([1.0, -1.1, 0.5]) {
         assert!((got - want).abs() < 0.02, "{block}");
@@ -215,7 +215,7 @@ fn none_of_these_is_a_verdict() {
     let message = folder.said(&format!("{IDENTIFY} auto -o model.json --report page.html"));
     for line in [
         "Structure from 'u' to 'y': none of these; ",
-        " comes nearest, fit ",
+        "no other is significantly better than Hammerstein, fit ",
         " The data support none of these structures: ",
         "Its error looks like",
         "a drift in time (",
