@@ -182,6 +182,8 @@ def test_a_joint_is_judged_on_another_log_as_on_the_command_line(axis, two_links
     assert [motion.rms for motion in later.motions] == [motion["rms"] for motion in theirs["motions"]]
     # A torque of another unit by its constant, and an axis that is half as heavy.
     scaled = flexure.identify_joint(first["tau2"] / 5, position=first["q2"], dt=0.002, torque_constant=5)
+    at_motor = flexure.identify_joint(first["tau2"] / 5, motor=5 * first["q2"], dt=0.002, gear_ratio=5)
+    assert at_motor.kind == "rigid" and at_motor.inertia.value == pytest.approx(scaled.inertia.value, rel=1e-6)
     assert scaled.validate(second["tau2"] / 5, position=second["q2"], dt=0.002).torque_rms == pytest.approx(later.torque_rms, rel=1e-6)
     assert not joint.validate(second["tau2"] / 2, position=second["q2"], dt=0.002).holds
     with pytest.raises(flexure.ParameterError, match="needs the columns of the one that was fitted"):
@@ -207,7 +209,7 @@ def test_a_gear_between_motor_and_link(two_links):
 
 def test_wrong_logs_are_said(two_links):
     log = two_links
-    with pytest.raises(flexure.ParameterError, match="position of a rigid axis, or motor and link"):
+    with pytest.raises(flexure.ParameterError, match="position of a rigid axis, its motor's angle, or motor and link"):
         flexure.identify_joint(log["tau1"], dt=0.002)
     with pytest.raises(flexure.ParameterError, match="two columns each"):
         flexure.identify_joint(log["tau1"], motor=np.zeros((9, 2)), link=np.zeros((9, 2)), dt=0.002)

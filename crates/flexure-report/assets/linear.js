@@ -173,7 +173,7 @@ function plotRoots(linear, k) {
   const columns = ["root", "real part", "imaginary part"].map((name, i) => [name, all.map((r) => r[i])]);
   drawings.push({ host, svg: () => host.querySelector("svg"), columns: () => columns });
   const known = covariances.some((c) => c.every(Number.isFinite));
-  byId(`roots-caption-${k}`).textContent = rootCaption(poles, zeros, inside) + (known ? " Shaded: where the true poles are with 95 % each; often too small to be seen." : "");
+  byId(`roots-caption-${k}`).textContent = rootCaption(poles, zeros, inside) + (known ? " Shaded: the 95 % region of each pole, where it is large enough to be seen." : "");
 }
 
 /** The region of a pole that holds the true one with 95 %: an ellipse, or a piece of the real axis. */

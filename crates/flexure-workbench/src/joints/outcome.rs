@@ -161,7 +161,7 @@ impl<'a> Outcome<'a> {
             Some(Fault::RunsAway) => "The simulated motion runs away".to_owned(),
             Some(Fault::NotSimulated) => "No motion can be simulated with what was found".to_owned(),
             Some(Fault::PoorMotion) => "The simulated motion is far from the measured one".to_owned(),
-            Some(Fault::Doubtful) => "The log does not tell what was found well enough to be trusted".to_owned(),
+            Some(Fault::Doubtful) => "What was found is not to be trusted".to_owned(),
             Some(Fault::OtherLog) => "What was found does not hold on the other log".to_owned(),
             Some(Fault::RefutedForm) => capitalised(&format!(
                 "{forms} {are} {} off the free curve, more than its error",

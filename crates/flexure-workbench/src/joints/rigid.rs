@@ -228,6 +228,7 @@ fn polished_text(polished: &Polished, units: &Units) -> String {
     let each = each.map(|(symbol, value, unit)| unbroken(&format!("{symbol} = {} {unit}", number(value))));
     let differs = match &polished.differs[..] {
         [] => "all agree with the values above within their errors".to_owned(),
+        [one] => format!("{one} differs from the value above by more than its error"),
         differs => format!(
             "{} differ from the values above by more than their errors",
             differs.join(", ")

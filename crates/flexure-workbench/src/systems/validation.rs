@@ -287,11 +287,11 @@ impl Judged {
         if let Some(residuals) = &verdict.residuals {
             let refuting = residuals.tests.iter().find(|test| test.kind.refutes());
             let each = refuting.map_or(String::new(), |test| {
-                format!(": each fails below p = {}", decimal((test.level * 1e4).round() / 1e4))
+                format!("; each fails below p = {}", decimal((test.level * 1e4).round() / 1e4))
             });
             lines.item(
                 "residual tests",
-                format!("at a level of 1 %, which all tests that can refute the model share{each}"),
+                format!("all together at a level of 1 %{each}"),
             );
         }
         for test in verdict.residuals.iter().flat_map(|r| &r.tests) {
