@@ -42,7 +42,7 @@ class Example:
         done = subprocess.run([BINARY, *arguments], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         if (done.returncode != 0) != fails:
             raise SystemExit(f"{self.name}: {command}\n{done.stdout}")
-        # Only a slow machine says that the work goes on.
+        # Progress lines depend on the speed of the computer.
         lines = done.stdout.splitlines(keepends=True)
         said = "".join(line for line in lines if not line.startswith("still "))
         if not quiet:

@@ -367,7 +367,7 @@ def identify_joint(
     of_axis = {"velocity": velocity is not None, "gravity": gravity, "spring": spring, "prismatic": prismatic}
     for name, value in {**of_axis, "reference": reference is not None}.items():
         if value and link is not None:
-            raise ParameterError(f"{name} is for a rigid axis, which has a position; a flexible joint has motor and link")
+            raise ParameterError(f"{name} is for a rigid axis, which has a position or a motor; a flexible joint has motor and link")
     if reference is not None and position is None:
         raise ParameterError("reference is for a rigid axis with a position")
     if motor_inertia is not None and link is None:

@@ -160,7 +160,7 @@ impl Joint {
         };
         if [torque.len(), links, motors] != [own.axes.len(), own.axes.len(), own_motors] {
             return Err(ParameterError::new_err(
-                "the other log needs the columns of the one that was fitted: torque and position, or torque, motor and link",
+                "the other log needs the columns of the one that was fitted: torque and position, torque and motor, or torque, motor and link",
             ));
         }
         let made = interruptible(py, move |_| {

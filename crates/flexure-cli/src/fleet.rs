@@ -78,7 +78,7 @@ struct OfCommand {
     /// The column of a rigid axis's position.
     #[arg(long, value_name = "COLUMN")]
     position: Option<String>,
-    /// The column of a flexible joint's motor angle.
+    /// The column of a flexible joint's motor angle, or without --link of a rigid axis's.
     #[arg(long, value_name = "COLUMN")]
     motor: Option<String>,
     /// The column of a flexible joint's link angle.

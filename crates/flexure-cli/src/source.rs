@@ -177,7 +177,8 @@ impl Source {
             return Ok(file);
         }
         renamed(&mut steps, &file, columns, model);
-        if let Some(name) = steps.named().find(|name| !columns.contains(name)) {
+        let converted = steps.convert.iter().map(|convert| convert.column.as_str());
+        if let Some(name) = steps.named().chain(converted).find(|name| !columns.contains(name)) {
             return Err(Usage(format!(
                 "{}: a step names the column '{name}', but the columns in use are {}",
                 shown_path(&file.path),

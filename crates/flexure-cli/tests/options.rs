@@ -65,8 +65,8 @@ fn the_page_distinguishes_given_from_chosen() {
         folder.done(&format!("{IDENTIFY} --report page.html {options}"));
         folder.read("page.html").replace("&#x27;", "'")
     };
-    let first = "the delay is the first lag with a significant dependence";
-    let strongest = "the lag of the regression is that of the strongest dependence";
+    let first = "first lag with a significant dependence";
+    let strongest = "that of the strongest dependence";
     let chosen = page("");
     assert!(chosen.contains(first) && chosen.contains(strongest));
     assert!(!chosen.contains("as given"));

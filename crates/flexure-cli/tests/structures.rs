@@ -254,7 +254,7 @@ fn records_that_cannot_be_used_are_refused() {
     assert!(!folder.path("new.json").exists());
 }
 
-/// Six resonances have more poles than a Hammerstein model.
+/// Nine resonances have more poles than a Hammerstein model.
 #[test]
 fn without_a_structure_linear_dynamics_may_take_the_place_of_a_hammerstein_model() {
     let folder = Folder::new();
@@ -264,7 +264,11 @@ fn without_a_structure_linear_dynamics_may_take_the_place_of_a_hammerstein_model
         let a = vec![1.0, -2.0 * radius * turn.cos(), radius * radius];
         Block::Linear(TransferFunction::new(vec![0.0, 0.1], a).unwrap())
     };
-    let modes = Block::Parallel([0.03, 0.09, 0.16, 0.22, 0.29, 0.38].map(mode).to_vec());
+    let modes = Block::Parallel(
+        [0.03, 0.07, 0.11, 0.16, 0.21, 0.26, 0.32, 0.38, 0.44]
+            .map(mode)
+            .to_vec(),
+    );
     write_of(&modes, &folder, "r.csv", 3000, 1);
     let found = folder.json("identify r.csv --input u --output y -o model.json");
     assert_eq!((&found["structure"], &found["holds"]), (&json!("linear"), &json!(true)));

@@ -1,11 +1,11 @@
 //! The only file that names the linear-algebra crate.
 
-/// Columns of length 1 are dependent if less than this is left of one. Rounding.
-const DEPENDENT: f64 = 1e-13;
-
 /// A complex number.
 pub use nalgebra::Complex;
 use nalgebra::{ComplexField, DMatrix, DVector, DVectorViewMut, Dyn};
+
+/// Columns of length 1 are dependent if less than this is left of one. Rounding.
+const DEPENDENT: f64 = 1e-13;
 
 /// A real matrix.
 pub type Matrix = DMatrix<f64>;
@@ -137,7 +137,7 @@ pub fn covariance_factor(j: &[Vec<f64>], c: &[Vec<f64>]) -> Option<Vec<f64>> {
     if !r.diagonal().iter().all(|d| d.abs() > DEPENDENT * largest) {
         return None;
     }
-    // C R^-1 has no large condition number: both have nearly the same columns.
+    // C R^-1 usually has no large condition number: the columns of both are alike.
     let whitened = r.tr_solve_upper_triangular(&colour.transpose())?.transpose().qr().r();
     let factor = r.solve_upper_triangular(&whitened.transpose())?;
     let entries: Vec<f64> = (0..columns * columns)

@@ -8,6 +8,7 @@ use anyhow::{Result, bail};
 use flexure::text::{exact, shown_path};
 use flexure_io::RecordFile;
 use flexure_workbench::joints::{AxisLog, LaterLog, Log, in_unit};
+use flexure_workbench::preparation::Conversion;
 
 use super::Arguments;
 use super::axes::AXIS;
@@ -224,7 +225,7 @@ impl Columns {
             Ok(samples.iter().map(|v| v * by).collect())
         };
         self.note_of_units(file, arguments)?;
-        self.note_of_gear(file, arguments.gear_ratio);
+        self.note_of_gear(file, arguments);
         note_of_counts(file, self.position.iter().chain(&self.motor), sample_time);
         let [angle, rate, effort] =
             [Quantity::Angle, Quantity::Rate, Quantity::Effort].map(|quantity| quantity.unit(self.prismatic));
@@ -252,16 +253,20 @@ impl Columns {
     }
 
     /// Says of a rigid axis with a gear that its position is taken as the one behind the gear.
-    fn note_of_gear(&self, file: &RecordFile, gear_ratio: f64) {
-        if gear_ratio == 1.0 || self.at_motor || !self.motor.is_empty() {
+    fn note_of_gear(&self, file: &RecordFile, arguments: &Arguments) {
+        let is_later = arguments.validate.as_ref() == Some(&file.path);
+        if arguments.gear_ratio == 1.0 || self.at_motor || !self.motor.is_empty() || is_later {
             return;
         }
+        let remedy = match arguments.reference {
+            Some(_) => "",
+            None => "; if it is the motor's, write --motor in place of --position",
+        };
         for position in &self.position {
             print_note(&format!(
-                "note: {}: '{position}' is taken as the angle behind the gear and is not divided by {}; if it is the motor's, write --motor in \
-                 place of --position",
+                "note: {}: '{position}' is taken as the angle behind the gear and is not divided by {}{remedy}",
                 file.name(),
-                exact(gear_ratio)
+                exact(arguments.gear_ratio)
             ));
         }
     }
@@ -341,7 +346,12 @@ impl Arguments {
         let names = file.record.names().to_vec();
         let used = |name: &&str| given.iter().any(|given| means(given, &file, name));
         let columns: Vec<&str> = names.iter().map(String::as_str).filter(used).collect();
-        self.source.converted(file, &columns, &self.convert)
+        let units = self.convert.iter().map(|convert| Conversion {
+            column: file.meant(&convert.column).to_owned(),
+            ..convert.clone()
+        });
+        let units: Vec<Conversion> = units.collect();
+        self.source.converted(file, &columns, &units)
     }
 
     /// The sample time of these columns of a file, s.

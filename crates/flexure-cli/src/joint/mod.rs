@@ -398,6 +398,8 @@ impl Arguments {
         let folder = |path: &Path| path.parent().map(Path::to_owned).unwrap_or_default();
         let beside = (self.arm.as_ref()).is_some_and(|arm| folder(arm) == folder(&self.record));
         let named = beside && columns.are_torques_of(file, joint) && self.torque_on_link(file)? == 1.0;
+        // The arm would be driven by the log as it is.
+        let named = named && !self.source.prepares() && self.convert.is_empty();
         Ok(Place {
             joint,
             template: template.map(|file| file.arm),

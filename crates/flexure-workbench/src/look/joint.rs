@@ -267,7 +267,7 @@ impl<'a> Command<'a> {
             self.options
                 .extend(["--convert".to_owned(), format!("{}=rev/N:rad", joint.position)]);
             self.notes.push(format!(
-                "'{}' has whole numbers, as counts of an encoder: put those of a revolution in place of N. Where the encoder is before a gear, write --motor in \
+                "'{}' has whole numbers, as counts of an encoder: put the counts of one revolution in place of N. Where the encoder is before a gear, write --motor in \
                  place of --position, and add --gear-ratio.",
                 joint.position
             ));
@@ -280,6 +280,7 @@ impl<'a> Command<'a> {
             let options = ["--reference", reference, "--kp", kp, "--kv", kv];
             self.options.extend(options.map(str::to_owned));
         } else if !self.is_prismatic()
+            && !self.options.iter().any(|option| option == "--convert")
             && let Some((Role::MotorPosition, _)) = role_with_unit(joint.position, file.unit(joint.position))
         {
             self.notes.push(format!(

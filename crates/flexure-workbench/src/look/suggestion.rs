@@ -273,7 +273,7 @@ fn at_once(repair: &Repair, file: &RecordFile, request: &Request, look: &Look) -
     };
     // A joint needs all samples of its position.
     if !joints(file, request, look).is_empty()
-        && let (Ok(Some(Next::Joint(joint))), _) = after(steps)?
+        && let Some((Ok(Some(Next::Joint(joint))), _)) = after(steps)
     {
         let steps = steps.only_for(&joint.options);
         let reasons = [repair.why.clone()].into_iter().chain(repair.notes.clone());

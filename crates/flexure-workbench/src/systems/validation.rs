@@ -291,7 +291,7 @@ impl Judged {
             });
             lines.item(
                 "residual tests",
-                format!("all together at a level of 1 %{each}"),
+                format!("those that can refute the model have a joint level of 1 %{each}"),
             );
         }
         for test in verdict.residuals.iter().flat_map(|r| &r.tests) {

@@ -36,14 +36,15 @@ pub fn covariance(system: &LinearSystem, data: &Signals) -> Option<Vec<f64>> {
     let rows: Vec<&[f64]> = factor.chunks_exact(size).collect();
     let kept = (0..system.orders.numerators()).chain(size - system.orders.poles..size);
     let kept: Vec<f64> = kept.flat_map(|i| rows[i].iter().map(|v| variance.sqrt() * v)).collect();
-    let factor = of_polynomials(&system.orders, kept, size);
+    let factor = of_polynomials(&system.orders, kept);
     let rows: Vec<&[f64]> = factor.chunks_exact(size).collect();
     let pairs = rows.iter().flat_map(|a| rows.iter().map(|b| dot(a, b)));
-    Some(pairs.collect())
+    let covariance: Vec<f64> = pairs.collect();
+    covariance.iter().all(|c| c.is_finite()).then_some(covariance)
 }
 
-/// The rows of a factor of `columns` columns for the coefficients of polynomials in the delay, with the integrators in the denominator.
-fn of_polynomials(orders: &Orders, factor: Vec<f64>, columns: usize) -> Vec<f64> {
+/// The rows of a factor for the coefficients of polynomials in the delay, with the integrators in the denominator.
+fn of_polynomials(orders: &Orders, factor: Vec<f64>) -> Vec<f64> {
     let d = orders.integrators;
     if d == 0 {
         return factor;
@@ -67,6 +68,5 @@ fn of_polynomials(orders: &Orders, factor: Vec<f64>, columns: usize) -> Vec<f64>
     let rows: Vec<f64> = (0..size * count)
         .map(|k| transposed[k % count * size + k / count])
         .collect();
-    debug_assert_eq!(factor.len(), count * columns);
     matrix_product(&rows, &factor, count)
 }

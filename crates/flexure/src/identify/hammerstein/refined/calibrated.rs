@@ -133,8 +133,8 @@ impl Covariance {
         self.of(i, i).max(0.0).sqrt()
     }
 
-    /// The standard error of the static gain B(1)/A(1) for a response $k_j$ whose absolute sum S is given: the scale of the blocks is free, and
-    /// if a poorly known coefficient fixes it, all others have large errors.
+    /// The standard error of the static gain B(1)/A(1) if the scale of the blocks is fixed by the absolute sum S of the response $k_j$. A poorly
+    /// known coefficient that fixes it would make all errors large.
     fn of_static_gain(&self, blocks: &Blocks) -> f64 {
         let (at, linear) = (blocks.layout(), &blocks.linear.transfer);
         let k = linear.impulse_response(linear.settling(GAIN_TAIL));
@@ -142,7 +142,7 @@ impl Covariance {
         let by_b = all_pole.impulse_response(k.len());
         let by_a = all_pole.simulate(&k);
         let ratio = k.iter().sum::<f64>() / k.iter().map(|k| k.abs()).sum::<f64>();
-        // The derivative of the gain minus ratio S by each coefficient.
+        // The derivative of the gain minus ratio S by each k_j.
         let weight: Vec<f64> = k.iter().map(|k| 1.0 - ratio * k.signum()).collect();
         let slope = |i: usize| match at.b.contains(&i) {
             true => dot(weight.get(i - at.b.start..).unwrap_or_default(), &by_b),

@@ -128,9 +128,11 @@ impl RefinedHammerstein {
             },
             // A plain estimate with the given order may fail where a start with another order leads to one.
             Err(error) if self.order.is_some() => {
+                interrupt::check()?;
                 let start = RefinedHammerstein { order: None, ..*self }.plain_estimate(&all, input, output);
                 let refined = start.ok().map(|start| self.refine(request, &all, &start)).transpose()?;
-                refined.flatten().ok_or(error)
+                let refined = refined.flatten().filter(|refined| Some(refined.order) == self.order);
+                refined.ok_or(error)
             }
             Err(error) => Err(error),
         }
