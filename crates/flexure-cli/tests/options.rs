@@ -63,7 +63,7 @@ fn the_page_distinguishes_given_from_chosen() {
     let folder = folder();
     let page = |options: &str| {
         folder.done(&format!("{IDENTIFY} --report page.html {options}"));
-        folder.read("page.html").replace("&#x27;", "'")
+        folder.read("page.html").replace("&#x27;", "'").to_lowercase()
     };
     let first = "first lag with a significant dependence";
     let strongest = "that of the strongest dependence";
