@@ -60,7 +60,7 @@ def test_bode_bands_are_there_where_they_are_known(report):
     names, rows = columns(report, "plot-magnitude-0")
     if not bands:
         return
-    low, high, middle = (names.index(name) for name in ("band (95 %, pointwise), lower (dB)", "band (95 %, pointwise), upper (dB)", "magnitude (dB)"))
+    low, high, middle = (names.index(name) for name in ("lower 95 % (dB)", "upper 95 % (dB)", "magnitude (dB)"))
     for row in rows:
         assert float(row[low]) < float(row[middle]) < float(row[high])
 

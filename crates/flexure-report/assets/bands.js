@@ -6,7 +6,7 @@ const edgesText = (low, high) => (low == null || high == null ? "" : `${readable
 /** The names of a band's edges as columns: "lower 95 %" where it has a level. */
 function edgeNames(label) {
   const level = label.match(/[\d.]+ %/)?.[0];
-  return ["lower", "upper"].map((side) => (level ? `${side} ${level}` : `${label}, ${side}`));
+  return ["lower", "upper"].map((side) => (level ? `${side} ${level}` : `${label.replace("; narrower than the line", "")}, ${side}`));
 }
 
 /** The two edges of a band as series, data and band for `chart`, after `before` other series. */
