@@ -364,10 +364,9 @@ def identify_joint(
     log = JointLog.of(torque, position, motor, link, velocity, reference, data, dt)
     if {reference is None, kp is None, kv is None} == {True, False}:
         raise ParameterError("a position loop has a reference, kp and kv; give all three, or none")
-    of_axis = {"velocity": velocity is not None, "gravity": gravity, "spring": spring, "prismatic": prismatic}
-    for name, value in {**of_axis, "reference": reference is not None}.items():
+    for name, value in {"velocity": velocity is not None, "gravity": gravity, "spring": spring, "prismatic": prismatic}.items():
         if value and link is not None:
-            raise ParameterError(f"{name} is for a rigid axis, which has a position or a motor; a flexible joint has motor and link")
+            raise ParameterError(f"{name} is for a rigid axis, with a position or a motor alone; a flexible joint has motor and link")
     if reference is not None and position is None:
         raise ParameterError("reference is for a rigid axis with a position")
     if motor_inertia is not None and link is None:

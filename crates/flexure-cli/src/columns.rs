@@ -36,8 +36,8 @@ impl Connected {
                 .any(|given| file.meant(given) == name)
         };
         let is_constant = |name: &&str| {
-            let samples = file.record.column(name).unwrap_or_default();
-            !given(name) && samples.windows(2).all(|pair| pair[0] == pair[1])
+            let repeats = |samples: &[f64]| samples.windows(2).all(|pair| pair[0] == pair[1]);
+            !given(name) && file.record.column(name).is_ok_and(repeats)
         };
         let mut constant: Vec<&str> = signals.iter().copied().filter(is_constant).collect();
         match signals.len() - constant.len() {

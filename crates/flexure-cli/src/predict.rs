@@ -80,7 +80,7 @@ impl Arguments {
         let missing = measured.iter().filter(|y| !y.is_finite()).count();
         if missing > 0 {
             print_note(&format!(
-                "note: {} of {} samples of '{output}' are missing or not finite; the others count",
+                "note: {} of {} samples of '{output}' are missing or not finite; the fit and the state at the start are computed from the others",
                 grouped(missing),
                 grouped(measured.len())
             ));
@@ -107,7 +107,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let free = spinning("simulating", || {
         run(measured).or_else(|error| match start {
             Some(Start::Estimate) => Err(error),
-            _ => run(None),
+            _ => {
+                print_note(&format!(
+                    "note: {error}: the state at the start is not estimated from the output"
+                ));
+                run(None)
+            }
         })
     })?;
     let ahead = match (arguments.horizon, measured) {

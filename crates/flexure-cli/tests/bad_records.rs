@@ -140,7 +140,7 @@ fn samples_that_are_missing_or_not_finite() {
     folder.failed(&COMMANDS[2].replace("RECORD", "output.csv"), message);
     let outcome = folder.run("predict model.json output.csv -o predicted.csv");
     assert_eq!(outcome.code, Some(0), "{outcome:?}");
-    let note = "note: 1 of 3 samples of 'y' are missing or not finite; the others count\n";
+    let note = "note: 1 of 3 samples of 'y' are missing or not finite; the fit and the state at the start are computed from the others\n";
     assert_eq!(outcome.stderr, note);
     assert!(
         folder

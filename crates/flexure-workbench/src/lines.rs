@@ -155,7 +155,7 @@ impl Lines {
             level: self.level,
             kind,
             tone,
-            text: with_joints(&readable(&text)),
+            text: with_kept_pairs(&readable(&text)),
         });
     }
 
@@ -231,7 +231,7 @@ const UNITS: [&str; 20] = [
 ];
 
 /// The text with marks in place of the blanks of "96.9 %", "0.5321 ± 0.0012 N m" and "slope = 4.004".
-fn with_joints(text: &str) -> String {
+fn with_kept_pairs(text: &str) -> String {
     let mut joined = String::with_capacity(text.len());
     let (mut before, mut follows_number) = ("", false);
     for (i, word) in text.split(' ').enumerate() {

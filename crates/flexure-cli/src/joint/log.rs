@@ -139,7 +139,11 @@ impl Columns {
             [true, true, true] => split.map(Option::unwrap_or_default),
             [false, false, false] => names.map(|(_, text)| vec![text.to_owned()]),
             paired => {
-                let (name, text) = names[paired.iter().position(|p| !p).unwrap_or(0)];
+                let (name, text) = match given.at_motor {
+                    // The position is the motor's: the links are what is not there.
+                    true => ("motor", link.unwrap_or_default()),
+                    false => names[paired.iter().position(|p| !p).unwrap_or(0)],
+                };
                 return Err(Usage(format!(
                     "--{name} {text}: a two-link arm needs two columns of each kind, as in --motor qm1,qm2 --link q1,q2 --torque tau1,tau2"
                 )));

@@ -195,7 +195,7 @@ impl<'a> Column<'a> {
                 },
             },
         };
-        let stands_alone = matches!(
+        let is_no_number = matches!(
             why,
             Unusable::At {
                 problem: LineProblem::NotANumber { .. },
@@ -207,7 +207,7 @@ impl<'a> Column<'a> {
             std::mem::take(&mut self.values),
         );
         self.kind = Kind::Text {
-            texts: if stands_alone {
+            texts: if is_no_number {
                 vec![field.to_owned()]
             } else {
                 Vec::new()
