@@ -184,7 +184,9 @@ fn a_prediction_starts_from_the_outputs_that_are_there() {
         let outcome = folder.run(&format!("{PREDICT}{options} --json"));
         assert_eq!(
             outcome.stderr.lines().last(),
-            Some("note: 43 of 300 samples of 'y' are missing or not finite; the fit and the state at the start are computed from the others"),
+            Some(
+                "note: 43 of 300 samples of 'y' are missing or not finite; the fit and the state at the start are computed from the others"
+            ),
             "{outcome:?}"
         );
         let found: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap();
