@@ -104,17 +104,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let start = arguments.applied.initial_state;
     let run = |measured| FreeRun::new(&model.block, &file, &inputs, measured, start);
     // Too few outputs at the start leave its state open, unless it was asked for.
-    let free = spinning("simulating", || {
-        run(measured).or_else(|error| match start {
-            Some(Start::Estimate) => Err(error),
-            _ => {
-                print_note(&format!(
-                    "note: {error}: the state at the start is not estimated from the output"
-                ));
-                run(None)
-            }
-        })
+    let (free, open_start) = spinning("simulating", || match (run(measured), start) {
+        (Err(error), None | Some(Start::Steady)) => run(None).map(|free| (free, Some(error))),
+        (free, _) => free.map(|free| (free, None)),
     })?;
+    if let Some(error) = open_start {
+        print_note(&format!(
+            "note: {error}: the state at the start is not estimated from the output"
+        ));
+    }
     let ahead = match (arguments.horizon, measured) {
         (Some(horizon), Some(measured)) => Some(Ahead::new(&model, &free, measured, horizon)?),
         _ => None,
