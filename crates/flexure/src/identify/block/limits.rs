@@ -107,11 +107,9 @@ pub const WITHIN_RADIUS: f64 = 1.0 - 1e-6;
 /// A system hardly passes a constant if its static gain is below this share of the gain with numerator coefficients of one sign.
 /// Convention.
 pub const HARDLY_PASSED: f64 = 1e-3;
-/// A static gain below this share of the peak gain does not fix the scale. Convention: the blocks' scale would be ten times their largest
-/// values. `hammerstein/limits.rs` has another limit, relative to the impulse response's absolute sum.
+/// A static gain below this share of the gain of the standard deviation does not fix the scale. Convention: the blocks' scale would be ten
+/// times their values. `hammerstein/limits.rs` has another limit, relative to the impulse response's absolute sum.
 pub const NO_STATIC_GAIN: f64 = 0.1;
-/// Frequencies at which the peak gain is looked for. Convention.
-pub const GAIN_FREQUENCIES: usize = 1024;
 
 // Delays.
 

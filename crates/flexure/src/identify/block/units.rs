@@ -1,7 +1,7 @@
 //! Blocks in the record's units and the conventional scale.
 
 use super::super::checks::few_levels;
-use super::limits::{CURVE_POINTS, GAIN_FREQUENCIES, NEAREST_POINTS, NO_STATIC_GAIN};
+use super::limits::{CURVE_POINTS, NEAREST_POINTS, NO_STATIC_GAIN};
 use super::prepared::Prepared;
 use super::rational::Rational;
 use super::spline::KinkedSpline;
@@ -9,6 +9,7 @@ use super::system::Branch;
 use crate::error::{Error, Result};
 use crate::identify::result::{BlockKind, LinearBlock, NamedBlock, StaticBlock};
 use crate::linear::TransferFunction;
+use crate::linear::correlation::variance;
 use crate::nonlinearity::{Curve, Outside};
 use crate::sort;
 
@@ -69,8 +70,10 @@ impl Blocks {
         let Prepared { output, data, .. } = prepared;
         let delay = prepared.delay + s.delay;
         let input = prepared.inputs[s.input];
-        let front_gain = Gain::conventional(&s.front, delay)?;
-        let back_gain = Gain::conventional(&s.whole_back(), 0)?;
+        let intermediate: Vec<Vec<f64>> = s.intermediate(&data.u).collect();
+        let through: Vec<f64> = intermediate[0].iter().map(|w| s.spline.value(*w)).collect();
+        let front_gain = Gain::conventional(&s.front, &data.u[s.input], data.from)?;
+        let back_gain = Gain::conventional(&s.whole_back(), &through, data.from)?;
         // The scaled front's output is (gain / spread) times the new one's, minus the contribution of the input's mean.
         let abscissa =
             |x: f64, front: &Rational| x * input.spread / front_gain.value + front.static_gain() * input.mean;
@@ -81,7 +84,7 @@ impl Blocks {
             (0.0, offset)
         };
         let ordinate = |x: f64| level + output.spread * back_gain.value * s.spline.value(x);
-        let entering: Vec<f64> = s.intermediate(&data.u).flat_map(|w| w[data.from..].to_vec()).collect();
+        let entering: Vec<f64> = intermediate.iter().flat_map(|w| &w[data.from..]).copied().collect();
         let range = s.spline.range_with(&entering);
         let inner = abscissas(&s.spline, range);
         let kinks = s.spline.clear_kinks_within(range);
@@ -144,25 +147,24 @@ struct Gain {
 }
 
 impl Gain {
-    /// The static gain, or the peak gain if the static gain is nearly zero; 1 for a block that passes nothing.
-    fn conventional(g: &Rational, delay: usize) -> Result<Gain> {
-        let system = g.transfer_function(delay)?;
-        let step = std::f64::consts::PI / (GAIN_FREQUENCIES - 1) as f64;
-        let gains = (0..GAIN_FREQUENCIES).map(|i| system.frequency_response(i as f64 * step).norm());
-        let peak = gains.fold(0.0, f64::max);
+    /// The static gain, or the gain of the standard deviation from sample `from` of a signal on, if the static gain is nearly zero compared
+    /// with that; 1 for a block that passes nothing.
+    fn conventional(g: &Rational, entering: &[f64], from: usize) -> Result<Gain> {
+        let spread = |signal: &[f64]| variance(&signal[from..]).sqrt();
+        let passed = spread(&g.run(entering)) / spread(entering);
         let fixed = g.static_gain();
-        if fixed.is_finite() && fixed.abs() >= NO_STATIC_GAIN * peak && fixed != 0.0 {
+        if fixed.is_finite() && fixed != 0.0 && !(fixed.abs() < NO_STATIC_GAIN * passed) {
             return Ok(Gain {
                 value: fixed,
                 is_static: true,
             });
         }
         // The sign of the largest value of the impulse response.
-        let response = system.impulse_response(g.settling(0.01).min(10_000));
+        let response = (g.transfer_function(0)?).impulse_response(g.settling(0.01).min(10_000));
         let largest = (response.iter()).fold(0.0_f64, |m, v| if v.abs() > m.abs() { *v } else { m });
-        let usable = peak.is_finite() && peak > 0.0;
+        let usable = passed.is_finite() && passed > 0.0;
         Ok(Gain {
-            value: if usable { peak.copysign(largest) } else { 1.0 },
+            value: if usable { passed.copysign(largest) } else { 1.0 },
             is_static: false,
         })
     }
@@ -180,9 +182,9 @@ pub(in crate::identify) struct Normalised {
 }
 
 impl Normalised {
-    /// The block after a delay.
-    pub fn new(g: &Rational, delay: usize) -> Result<Normalised> {
-        let gain = Gain::conventional(g, delay)?;
+    /// The block after a delay; its input, and the first sample of that to look at.
+    pub fn new(g: &Rational, delay: usize, entering: &[f64], from: usize) -> Result<Normalised> {
+        let gain = Gain::conventional(g, entering, from)?;
         Ok(Normalised {
             linear: gain.divided(&g.b, g).transfer_function(delay)?,
             gain: gain.value,
@@ -224,6 +226,26 @@ mod tests {
 
     fn table_of(spline: &KinkedSpline, entering: &[f64]) -> StaticBlock {
         tabulated(spline, entering, |x| 3e-7 * x, |y| 2e6 * y).unwrap()
+    }
+
+    #[test]
+    fn a_block_has_unit_static_gain_or_the_spread_of_its_input() {
+        let slow: Vec<f64> = (0..400).map(|i| 3.0 + (f64::from(i) * 0.05).sin()).collect();
+        let spread = |signal: &[f64]| variance(&signal[100..]).sqrt();
+        // A difference passes no constant.
+        let difference = Rational::pass().with_numerator(vec![-2.0, 2.0]);
+        let found = Normalised::new(&difference, 0, &slow, 100).unwrap();
+        assert!(found.gain < 0.0);
+        assert!((spread(&found.linear.simulate(&slow)) / spread(&slow) - 1.0).abs() < 1e-9);
+        // A narrow resonance that the input does not excite: its peak is 500 times its static gain.
+        let resonance = Rational::from_polynomials(vec![0.5], &[1.0, 0.0, 0.998]).unwrap();
+        let found = Normalised::new(&resonance, 0, &slow, 100).unwrap();
+        assert!((found.linear.static_gain() - 1.0).abs() < 1e-12);
+        assert!((found.gain - 0.5 / 1.998).abs() < 1e-12);
+        // What passes nothing, and what nothing enters, keep their scale or have unit static gain.
+        let nothing = Rational::pass().with_numerator(vec![0.0]);
+        assert_eq!(Normalised::new(&nothing, 0, &slow, 0).unwrap().gain, 1.0);
+        assert_eq!(Normalised::new(&resonance, 0, &[0.0; 50], 0).unwrap().gain, found.gain);
     }
 
     #[test]

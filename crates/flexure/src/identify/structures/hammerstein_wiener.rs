@@ -16,8 +16,9 @@
 //! start from.
 //!
 //! Only the product of the blocks' gains is determined, but not the places of the offsets. By convention the linear part has unit
-//! static gain (unit peak gain, if the static gain is less than a tenth of that), and the least-squares line through f over the fit's
-//! inputs is the identity: V is in the input's unit, and an f that is a straight line is V = U. If f has (nearly) no such line, V has the
+//! static gain (if it hardly passes a constant, its input's standard deviation at its output, as for the
+//! [Wiener-Hammerstein system](crate::identify::WIENER_HAMMERSTEIN)), and the least-squares line through f over the fit's inputs is the
+//! identity: V is in the input's unit, and an f that is a straight line is V = U. If f has (nearly) no such line, V has the
 //! input's mean and standard deviation.
 
 use super::super::block::{
@@ -82,7 +83,8 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
 /// The blocks in the record's units and the conventional scale.
 fn blocks(system: &System, prepared: &Prepared) -> Result<Vec<NamedBlock>> {
     let (branch, data, scale) = (&system.branches[0], &prepared.data, prepared.inputs[0]);
-    let Normalised { linear, gain } = Normalised::new(&branch.back, branch.delay)?;
+    let through: Vec<f64> = data.u[0].iter().map(|u| branch.spline.value(*u)).collect();
+    let Normalised { linear, gain } = Normalised::new(&branch.back, branch.delay, &through, data.from)?;
     // V = slope v + level for the branch's own v.
     let line = Line::conventional(&branch.spline, &data.u[0]);
     let (slope, level) = (line.slope * scale.spread, scale.back(line.level));

@@ -6,8 +6,9 @@
 //! has its own poles, and Schwarz's criterion removes those that are not needed. The inputs need not be white or independent, but they must
 //! not determine one another.
 //!
-//! By convention every linear part has unit static gain (unit peak gain, if the static gain is less than a tenth of that) and every
-//! nonlinearity zero mean over the fit's inputs; the offset has the rest.
+//! By convention every linear part has unit static gain (if it hardly passes a constant, its input's standard deviation at its output, as
+//! for the [Wiener-Hammerstein system](crate::identify::WIENER_HAMMERSTEIN)) and every nonlinearity zero mean over the fit's inputs; the
+//! offset has the rest.
 
 use super::super::block::{
     Monitor, Normalised, Prepared, SearchResult, System, Tried, add_errors, hammerstein_branches, tabulated,
@@ -93,8 +94,9 @@ fn in_units(system: &System, prepared: &Prepared, names: &[&str]) -> Result<Bran
     let mut offset = prepared.output.back(system.offset());
     let mut paths = Vec::new();
     for (i, branch) in system.branches.iter().enumerate() {
-        let Normalised { linear, gain } = Normalised::new(&branch.back, branch.delay)?;
-        let level = mean(&data.u[i].iter().map(|u| branch.spline.value(*u)).collect::<Vec<_>>());
+        let through: Vec<f64> = data.u[i].iter().map(|u| branch.spline.value(*u)).collect();
+        let Normalised { linear, gain } = Normalised::new(&branch.back, branch.delay, &through, data.from)?;
+        let level = mean(&through);
         let scale = prepared.output.spread * gain;
         let abscissa = |u: f64| prepared.inputs[i].back(u);
         let ordinate = |v: f64| scale * (v - level);

@@ -20,7 +20,8 @@
 //! for others. A nonlinearity that is even about the intermediate signal's mean leaves no linear approximation to start from.
 //!
 //! Only the product of the blocks' gains and the sum of their delays are determined: both linear blocks are returned with
-//! unit static gain (or unit peak gain, if the static gain is less than a tenth of that).
+//! unit static gain. A block that hardly passes a constant (its static gain is less than a tenth of its output's standard deviation over
+//! its input's on the fit's samples) is returned with the standard deviation of its input at its output.
 
 use super::super::block::{Blocks, FreeParts, Monitor, Tried, add_errors, search, splits, without_start};
 use super::super::warning::Warning;

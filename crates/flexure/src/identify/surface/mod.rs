@@ -14,8 +14,9 @@
 //!    cross-validation.
 //! 4. 2 and 3 again from there, then a last fit on all samples.
 //!
-//! Only the product of the blocks' gains is determined: the linear part has unit static gain (unit peak gain, if the static gain is less
-//! than a tenth of that), and $\varphi$ zero mean over the fit's inputs; the offset has the rest.
+//! Only the product of the blocks' gains is determined: the linear part has unit static gain (if it hardly passes a constant, its input's
+//! standard deviation at its output, as for the [Wiener-Hammerstein system](crate::identify::WIENER_HAMMERSTEIN)), and $\varphi$ zero mean
+//! over the fit's inputs; the offset has the rest.
 
 mod equations;
 mod fit;
@@ -175,8 +176,10 @@ struct InUnits {
 
 impl InUnits {
     fn new(fit: &Fit, prepared: &Prepared) -> Result<InUnits> {
-        let Normalised { linear, gain } = Normalised::new(&fit.linear, fit.delay)?;
-        let level = mean(&fit.inner(&prepared.data));
+        let data = &prepared.data;
+        let through = fit.inner(data);
+        let Normalised { linear, gain } = Normalised::new(&fit.linear, fit.delay, &through, data.from)?;
+        let level = mean(&through);
         let scale = prepared.output.spread * gain;
         let axes = fit.surface.axes().iter().zip(&prepared.inputs);
         let axes = axes.map(|(axis, unit)| SurfaceAxis {

@@ -17,8 +17,8 @@
 //! Steps 3 to 5 are those of the [Wiener-Hammerstein system](crate::identify::WIENER_HAMMERSTEIN); the input need be neither white nor
 //! Gaussian. Steps 1 and 2 are exact for Gaussian inputs of any colour and good starts for others.
 //!
-//! The linear block is returned with unit static gain (or unit peak gain, if the static gain is less than a tenth of that); the
-//! nonlinearity has the rest. If f is even, the linear block's sign is a convention too.
+//! The linear block is returned with unit static gain; if it hardly passes a constant, with the input's standard deviation at its output,
+//! as for the [Wiener-Hammerstein system](crate::identify::WIENER_HAMMERSTEIN). The nonlinearity has the rest. If f is even, the linear block's sign is a convention too.
 
 mod directions;
 mod starts;
