@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::Result;
 use crate::check;
 use crate::data::{Comparison, Fact, JointCurve, JointPage, ParameterTable, Table, Verdict};
+use crate::diagram::{DiagramText, diagram};
 use crate::payload::{NonlinearityPlot, PredictionPlot, nonlinearity, prediction};
 use crate::regression::{Cloud, cloud};
 use crate::text::{name_and_unit, number};
@@ -29,6 +30,7 @@ pub(crate) struct Text<'a> {
     title: &'a str,
     subtitle: &'a str,
     verdict: Option<&'a Verdict>,
+    diagram: Option<DiagramText>,
     facts: &'a [Fact],
     warnings: &'a [String],
     curves: Vec<CurveText<'a>>,
@@ -114,6 +116,7 @@ fn numbered<'a>(page: &'a JointPage, payload: &Payload<'_>, next: &mut [usize; 2
         title: &page.title,
         subtitle: &page.subtitle,
         verdict: page.verdict.as_ref(),
+        diagram: page.diagram.as_ref().map(diagram),
         facts: &page.facts,
         warnings: &page.warnings,
         curves: curves

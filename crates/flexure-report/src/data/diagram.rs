@@ -31,6 +31,16 @@ pub enum Flow {
         /// Whether the sum takes the signal that comes back with a minus sign.
         subtracted: bool,
     },
+    /// Three parts in series, the middle one acting on both others, for example a spring between two masses: what leaves `between` is taken
+    /// from what enters `first`, and what leaves `last` from what leaves `first`.
+    Coupled {
+        /// From the first sum to the second.
+        first: Box<Flow>,
+        /// From the second sum on.
+        between: Box<Flow>,
+        /// From there to the exit.
+        last: Box<Flow>,
+    },
 }
 
 /// A block of a diagram.

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Fact, Nonlinearity, Prediction, Scatter, Table, Verdict};
+use super::{Fact, Flow, Nonlinearity, Prediction, Scatter, Table, Verdict};
 
 /// Everything on the page of a joint's friction and stiffness, or of several axes that were treated alone.
 #[derive(Debug, Clone, Default, Serialize)]
@@ -13,6 +13,8 @@ pub struct JointPage {
     pub subtitle: String,
     /// Whether the identified joint explains the motion.
     pub verdict: Option<Verdict>,
+    /// The joint as a block diagram, above the numbers of the whole page.
+    pub diagram: Option<Flow>,
     /// The headline numbers, in order.
     pub facts: Vec<Fact>,
     /// Warnings, one sentence each.

@@ -95,5 +95,11 @@ fn description(flow: &Flow) -> String {
             let (forward, back) = (description(forward), description(back));
             format!("a loop: forward [{forward}]; back [{back}], {sign} what enters")
         }
+        Flow::Coupled { first, between, last } => {
+            let [first, between, last] = [first, between, last].map(|part| description(part));
+            format!(
+                "[{first}], then [{between}], which is subtracted from what enters, then [{last}], which is subtracted from what enters the second"
+            )
+        }
     }
 }

@@ -89,8 +89,50 @@ impl Canvas {
                 back,
                 subtracted,
             } => self.feedback(forward, back, *subtracted, [along, end], across),
+            Flow::Coupled { first, between, last } => self.coupled([first, between, last], size, along, across),
         }
         end
+    }
+
+    /// Three parts in series with a sum before each of the first two, and the ways back to these on either side.
+    fn coupled(&mut self, [first, between, last]: [&Flow; 3], size: Span, along: f64, across: f64) {
+        let mut at = along;
+        let mut sums = [0.0; 2];
+        for (sum, part) in sums.iter_mut().zip([first, between]) {
+            if at > along {
+                self.arrow(&[[at, across], [at + ARROW, across]]);
+                at += ARROW;
+            }
+            *sum = at + SUM;
+            self.sum(*sum, across);
+            let start = at + 2.0 * SUM + ARROW;
+            self.arrow(&[[at + 2.0 * SUM, across], [start, across]]);
+            at = self.flow(part, start, across);
+        }
+        let taken = at + TURN / 2.0;
+        self.arrow(&[[at, across], [at + TURN, across]]);
+        let exit = self.flow(last, at + TURN, across);
+        self.line(&[[exit, across], [along + size.along, across]]);
+        let back = [
+            (taken, sums[0], across - size.before, -1.0),
+            (exit + TURN / 2.0, sums[1], across + size.after, 1.0),
+        ];
+        for (from, sum, beside, side) in back {
+            self.fork(from, across);
+            self.arrow(&[
+                [from, across],
+                [from, beside],
+                [sum, beside],
+                [sum, across + side * SUM],
+            ]);
+            self.minus(sum, across + side * (SUM + 8.0));
+        }
+    }
+
+    /// The minus sign of a signal that a sum takes.
+    fn minus(&mut self, along: f64, across: f64) {
+        let sign = self.point(along - 9.0, across + 3.0);
+        self.shapes.push(text("minus", sign, "−"));
     }
 
     /// A constant that comes from the side into a sum.
@@ -196,8 +238,7 @@ impl Canvas {
         (self.origin, self.sign) = outer;
         self.arrow(&[[low, beside], [along + SUM, beside], [along + SUM, across + SUM]]);
         if subtracted {
-            let sign = self.point(along + SUM - 9.0, across + SUM + 11.0);
-            self.shapes.push(text("minus", sign, "−"));
+            self.minus(along + SUM, across + SUM + 8.0);
         }
     }
 }

@@ -65,6 +65,15 @@ pub(super) fn span(flow: &Flow, direction: Direction) -> Span {
         Flow::Parallel(parts) => beside(parts, direction, 2.0 * TURN + 2.0 * SUM),
         Flow::Sum(parts) => beside(parts, direction, TURN + 2.0 * SUM),
         Flow::Together(parts) => beside(parts, direction, TURN),
+        Flow::Coupled { first, between, last } => {
+            let parts = [first, between, last].map(|part| span(part, direction));
+            let widest = |of: fn(&Span) -> f64| parts.iter().map(of).fold(LINE, f64::max);
+            Span {
+                along: parts.iter().map(|part| part.along).sum::<f64>() + 4.0 * SUM + 3.0 * ARROW + 2.0 * TURN,
+                before: widest(|part| part.before) + APART,
+                after: widest(|part| part.after) + APART,
+            }
+        }
         Flow::Feedback { forward, back, .. } => {
             let (forward, back) = (span(forward, direction), span(back, direction));
             Span {

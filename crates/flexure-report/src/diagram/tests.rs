@@ -26,6 +26,11 @@ fn all() -> Vec<Flow> {
         back: Box::new(back),
         subtracted: true,
     };
+    let coupled = |first: Flow, between: Flow, last: Flow| Flow::Coupled {
+        first: Box::new(first),
+        between: Box::new(between),
+        last: Box::new(last),
+    };
     vec![
         whole(chain()),
         whole(Flow::Series(vec![one(), Flow::Offset("−0.2134 rad/s".to_owned())])),
@@ -34,6 +39,8 @@ fn all() -> Vec<Flow> {
         whole(feedback(one(), chain())),
         whole(feedback(one(), feedback(chain(), one()))),
         whole(Flow::Parallel(vec![feedback(one(), one()), chain()])),
+        whole(coupled(one(), chain(), feedback(one(), one()))),
+        whole(coupled(feedback(one(), chain()), one(), one())),
         Flow::Series(vec![
             Flow::Sum(vec![
                 Flow::Series(vec![signal("p"), chain()]),

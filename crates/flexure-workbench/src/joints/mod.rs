@@ -7,6 +7,7 @@ mod arm_file;
 mod axes;
 mod chain;
 mod curves;
+mod diagram;
 mod flexible;
 mod forms;
 mod later;

@@ -6,6 +6,7 @@ use flexure_report::data::{Axis, Comparison, Fact, JointCurve, JointPage, Nonlin
 
 use super::chain::OfChain;
 use super::curves::{gaps_caption, with_gaps};
+use super::diagram;
 use super::flexible::forms;
 use super::forms::{ALONE, alone, others, table, tables};
 use super::outcome::Outcome;
@@ -35,6 +36,7 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, trial: &Trial) -> Joint
         title: "A rigid axis".to_owned(),
         subtitle: subtitle("Friction and inertia", log),
         verdict: Some(Outcome::new(trial, [vec![best]], &axis.findings).verdict()),
+        diagram: diagram::rigid(axis, units),
         facts: vec![
             inertia("Inertia beside the free curve", axis.inertia, units.inertia()),
             Fact::new("Distance of the best form", distance, from),
@@ -76,6 +78,7 @@ pub fn flexible(axis: &FlexibleAxis, log: &Log, trial: &Trial) -> JointPage {
         title: "A flexible joint".to_owned(),
         subtitle: subtitle("Friction, stiffness and inertia", log),
         verdict: Some(Outcome::new(trial, [forms(axis)], &axis.link.findings).verdict()),
+        diagram: diagram::flexible(axis, &units),
         facts: vec![
             inertia("Motor inertia", axis.motor_inertia, "kg m^2"),
             inertia("Link inertia", axis.link.inertia, "kg m^2"),
