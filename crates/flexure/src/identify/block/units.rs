@@ -151,9 +151,10 @@ impl Gain {
     /// with that; 1 for a block that passes nothing.
     fn conventional(g: &Rational, entering: &[f64], from: usize) -> Result<Gain> {
         let spread = |signal: &[f64]| variance(&signal[from..]).sqrt();
-        let passed = spread(&g.run(entering)) / spread(entering);
+        // Nothing is known of this gain where the input is constant.
+        let passed = Some(spread(&g.run(entering)) / spread(entering)).filter(|gain| gain.is_finite() && *gain > 0.0);
         let fixed = g.static_gain();
-        if fixed.is_finite() && fixed != 0.0 && !(fixed.abs() < NO_STATIC_GAIN * passed) {
+        if fixed.is_finite() && fixed != 0.0 && passed.is_none_or(|gain| fixed.abs() >= NO_STATIC_GAIN * gain) {
             return Ok(Gain {
                 value: fixed,
                 is_static: true,
@@ -162,9 +163,8 @@ impl Gain {
         // The sign of the largest value of the impulse response.
         let response = (g.transfer_function(0)?).impulse_response(g.settling(0.01).min(10_000));
         let largest = (response.iter()).fold(0.0_f64, |m, v| if v.abs() > m.abs() { *v } else { m });
-        let usable = passed.is_finite() && passed > 0.0;
         Ok(Gain {
-            value: if usable { passed.copysign(largest) } else { 1.0 },
+            value: passed.map_or(1.0, |gain| gain.copysign(largest)),
             is_static: false,
         })
     }
