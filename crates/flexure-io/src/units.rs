@@ -16,7 +16,7 @@ pub(crate) fn split_unit(field: &str) -> (String, Option<String>) {
 }
 
 /// Ends of names that can only be a unit, and the unit. Shorter ones, such as `_m` or `_s`, may be an index.
-const ENDS: [(&str, &str); 19] = [
+const ENDS: [(&str, &str); 31] = [
     ("_rad_s", "rad/s"),
     ("_radps", "rad/s"),
     ("_rads", "rad/s"),
@@ -28,7 +28,19 @@ const ENDS: [(&str, &str); 19] = [
     ("_deg", "deg"),
     ("_rpm", "rpm"),
     ("_Nm", "Nm"),
+    ("_mNm", "mNm"),
     ("_mm", "mm"),
+    ("_kN", "kN"),
+    ("_mA", "mA"),
+    ("_mV", "mV"),
+    ("_kW", "kW"),
+    ("_kPa", "kPa"),
+    ("_MPa", "MPa"),
+    ("_mbar", "mbar"),
+    ("_Hz", "Hz"),
+    ("_kg", "kg"),
+    ("_degC", "°C"),
+    ("_pct", "%"),
     ("/rad", "rad"),
     ("/deg", "deg"),
     ("/rpm", "rpm"),
@@ -36,6 +48,13 @@ const ENDS: [(&str, &str); 19] = [
     ("/mm", "mm"),
     ("/A", "A"),
     ("/V", "V"),
+];
+
+/// Short ends that are units after the words before them, in lower case, and the unit: `Iq_A` is in A, `motor_A` may be that of axis A.
+const ENDS_AFTER: [(&str, &[&str]); 3] = [
+    ("A", &["current", "i", "iq", "id", "im", "strom", "amps"]),
+    ("V", &["voltage", "volt", "volts", "spannung"]),
+    ("N", &["force", "kraft", "load", "thrust"]),
 ];
 
 /// Prefixes of units, and their factors.
@@ -72,7 +91,14 @@ pub(crate) fn factor(unit: &str, other: &str) -> Option<f64> {
 /// nothing else.
 pub fn unit_at_end(name: &str) -> Option<(&str, &'static str)> {
     let found = |(end, unit): &(&str, &'static str)| Some((name.strip_suffix(end)?, *unit));
-    ENDS.iter().find_map(found).filter(|(base, _)| !base.is_empty())
+    let after = |(unit, words): &(&'static str, &[&str])| {
+        let base = name.strip_suffix(unit)?.strip_suffix('_')?;
+        let word = base.rsplit(|c: char| !c.is_alphanumeric()).next()?.to_lowercase();
+        let word = word.trim_end_matches(|c: char| c.is_ascii_digit());
+        words.contains(&word).then_some((base, *unit))
+    };
+    let ends = ENDS.iter().find_map(found).filter(|(base, _)| !base.is_empty());
+    ends.or_else(|| ENDS_AFTER.iter().find_map(after))
 }
 
 /// Splits the units off these names, unless the name would then equal another one.
@@ -130,7 +156,12 @@ mod tests {
         assert_eq!(unit_at_end("motor_speed_rad_s"), Some(("motor_speed", "rad/s")));
         assert_eq!(unit_at_end("tau_Nm"), Some(("tau", "Nm")));
         assert_eq!(unit_at_end("i_q/A"), Some(("i_q", "A")));
-        for name in ["q_m", "u_s", "x_n", "_deg", "deg", "tau_nm"] {
+        assert_eq!(unit_at_end("Iq_A"), Some(("Iq", "A")));
+        assert_eq!(unit_at_end("motor_current2_A"), Some(("motor_current2", "A")));
+        assert_eq!(unit_at_end("heater_kW"), Some(("heater", "kW")));
+        for name in [
+            "motor_A", "axis_V", "drive_N", "_A", "q_m", "u_s", "x_n", "_deg", "deg", "tau_nm",
+        ] {
             assert_eq!(unit_at_end(name), None, "{name}");
         }
     }

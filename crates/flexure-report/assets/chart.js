@@ -55,7 +55,7 @@ function axis(scale, label, { log, ticks = true, step } = {}, group) {
     stroke: () => colour("--muted"),
     grid: { stroke: () => colour("--grid"), width: 1 },
     ticks: { show: ticks || vertical, stroke: () => colour("--line"), width: 1, size: 5 },
-    space: vertical ? (u, i, low, high, available) => (available < 150 ? 20 : 28) : step ? 36 : 62,
+    space: vertical ? (u, i, low, high, available) => (available < 100 ? 14 : available < 150 ? 20 : 28) : step ? 36 : 62,
     ...(step && { incrs: step }),
     ...(log && { splits: logSplits, filter: (u, splits) => splits }),
     values: !vertical && !ticks ? (u, splits) => splits.map(() => "") : log ? logLabels : tickLabels,

@@ -228,6 +228,7 @@ impl Columns {
             }
             Ok(samples.iter().map(|v| v * by).collect())
         };
+        self.check_units(file)?;
         self.note_of_units(file, arguments)?;
         self.note_of_gear(file, arguments);
         note_of_counts(file, self.position.iter().chain(&self.motor), sample_time);
@@ -273,6 +274,26 @@ impl Columns {
                 exact(arguments.gear_ratio)
             ));
         }
+    }
+
+    /// Refuses a length as an angle, and an angle as a position along a line.
+    fn check_units(&self, file: &RecordFile) -> Result<()> {
+        for position in self.position.iter().chain(&self.motor) {
+            let Some(unit) = file.unit(file.meant(position)) else {
+                continue;
+            };
+            let remedy = match (self.prismatic, unit) {
+                (false, "m" | "mm" | "µm") => "a length: add --prismatic if the axis moves along a line",
+                (true, "rad" | "mrad" | "deg" | "°") => "an angle: leave out --prismatic if the axis turns",
+                _ => continue,
+            };
+            let unit_wanted = Quantity::Angle.unit(self.prismatic);
+            bail!(
+                "{}: '{position}' is in {unit}, {remedy}; if the unit is wrong, give the right one, as in --convert {position}={unit_wanted}:{unit_wanted}",
+                shown_path(&file.path)
+            );
+        }
+        Ok(())
     }
 
     /// Says of torques in A or V that they are taken as torques.

@@ -216,7 +216,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
     }
     let next = arguments.validate.is_none().then(|| {
-        let text = "next: add --validate LATER.csv, another log of this joint, to the same command: does the result hold there?";
+        let text = "next: add --validate LATER.csv, another log of this joint, to the same command: does the result hold there? \
+                    (One log is cut in two by 'flexure prepare --cut'.)";
         [String::new(), text.to_owned()]
     });
     print_result(&lines, wrote(&written).chain(next.into_iter().flatten()))

@@ -11,7 +11,10 @@ use crate::text::number;
 /// joints move too.
 pub fn rigid(axis: &RigidAxis, units: &Units) -> Option<Flow> {
     let inertia = Inertia {
-        title: "Inertia",
+        title: match units.moved() {
+            "mass" => "Mass",
+            _ => "Inertia",
+        },
         symbol: "M",
         value: axis.inertia,
         friction: Some(&axis.friction.band),

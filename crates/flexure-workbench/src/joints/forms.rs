@@ -1,6 +1,6 @@
 //! The forms of a joint on its page: those that were kept as cards, the others as a table.
 
-use flexure::identify::robot_joint::{Fitted, FlexibleAxis};
+use flexure::identify::robot_joint::{Fitted, FlexibleAxis, Polished};
 use flexure::text::{p_value, percent};
 use flexure_report::data::{ParameterTable, Table};
 
@@ -8,7 +8,7 @@ use super::flexible::at_motor;
 use super::text::{
     Units, formula, inertia_text, is_refuted, lack_text, parameter_rows, parameters_in_a_row, titled, typeset,
 };
-use crate::text::capitalised;
+use crate::text::{capitalised, number};
 
 /// The forms of a joint's model; `of` begins their headings.
 pub fn tables(axis: &FlexibleAxis, units: &Units, of: &str) -> impl Iterator<Item = ParameterTable> {
@@ -65,14 +65,36 @@ pub fn others<'a>(title: &str, forms: impl Iterator<Item = (String, &'a Fitted)>
     })
 }
 
+/// The parameters with which the motion is simulated, where these are not those of the equations.
+pub fn polished_table(polished: &Polished, units: &Units) -> Option<ParameterTable> {
+    let form = &polished.form;
+    let mut rows = vec![[
+        units.moved().to_owned(),
+        typeset(&format!("{} {}", number(form.inertia.value), units.inertia())),
+    ]];
+    rows.extend(form.parameters.iter().map(|p| {
+        let unit = units.of_curve(p.unit, false);
+        [p.symbol.clone(), typeset(&format!("{} {unit}", number(p.value)))]
+    }));
+    let [before, after] = polished.held_back.map(number);
+    polished.is_used.then(|| ParameterTable {
+        heading: "The same form, fitted to the simulated motion too".to_owned(),
+        rows,
+        note: format!(
+            "The motion is simulated with these values, which have no standard errors: on data held back they lower its error from {before} to \
+             {after} {}. To compare with other logs, take the others.",
+            units.position
+        ),
+    })
+}
+
 /// The parameters of a form.
 pub fn table(form: &Fitted, units: &Units) -> ParameterTable {
     let mut rows = vec![["formula".to_owned(), typeset(&formula(form))]];
     if form.inertia.value.is_finite() {
-        let of = if form.form.is_stiffness() {
-            "motor inertia"
-        } else {
-            "inertia"
+        let of = match form.form.is_stiffness() {
+            true => "motor inertia",
+            false => units.moved(),
         };
         let inertia = typeset(&inertia_text(form.inertia, units));
         rows.push([of.to_owned(), format!("{inertia}, with this form")]);

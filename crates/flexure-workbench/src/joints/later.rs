@@ -43,6 +43,8 @@ pub struct LaterLog<'a> {
 pub struct Later {
     /// The log.
     pub log: Log,
+    /// Whether the joint was identified from these samples.
+    seen: bool,
     /// The torque of a single joint.
     pub torque: Option<LaterTorque>,
     /// The simulated motions.
@@ -108,6 +110,7 @@ impl Later {
             _ => None,
         };
         Ok(Later {
+            seen: log.is_part_of(joint.log()),
             torque,
             own_motions: own_motions.iter().map(|motion| motion.fit.percent).collect(),
             motions,
@@ -176,8 +179,15 @@ impl Later {
         parts.join("; ")
     }
 
-    /// What the user can do where it does not hold.
+    /// What the user can do where it does not hold, or where that says nothing.
     pub fn advice(&self) -> Option<String> {
+        if self.seen {
+            return Some(
+                "these samples were used for the identification, so they show nothing new; record another log, or cut this one in two by \
+                 `flexure prepare --cut`"
+                    .to_owned(),
+            );
+        }
         (!self.holds()).then(|| {
             format!(
                 "friction changes with temperature, load and position; identify the joint from {} too and compare the values, or record one \
@@ -210,6 +220,7 @@ impl Later {
             "torque": torque,
             "motions": motions.collect::<Vec<_>>(),
             "holds": self.holds(),
+            "identified_from_this_record": self.seen,
         })
     }
 }
@@ -267,6 +278,15 @@ impl Log {
         let axes = self.axes.iter().enumerate();
         axes.map(|(i, axis)| needed(i, &axis.motion(self.sample_time)))
             .collect()
+    }
+
+    /// Whether all samples of its torques are in another log, one after the other.
+    fn is_part_of(&self, other: &Log) -> bool {
+        let part = |(own, other): (&AxisLog, &AxisLog)| {
+            let (own, other) = (&own.torque, &other.torque);
+            !own.is_empty() && other.windows(own.len()).any(|window| window == &own[..])
+        };
+        self.axes.iter().zip(&other.axes).all(part)
     }
 
     /// Refuses torques that are not finite, or are not as long as the positions.

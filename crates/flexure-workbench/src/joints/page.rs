@@ -8,7 +8,7 @@ use super::chain::OfChain;
 use super::curves::{gaps_caption, with_gaps};
 use super::diagram;
 use super::flexible::forms;
-use super::forms::{ALONE, alone, others, table, tables};
+use super::forms::{ALONE, alone, others, polished_table, table, tables};
 use super::outcome::Outcome;
 use super::simulation::Fit;
 use super::text::{Constant, Units, constants, titled, typeset, with_error};
@@ -38,7 +38,11 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, trial: &Trial) -> Joint
         verdict: Some(Outcome::new(trial, [vec![best]], &axis.findings).verdict()),
         diagram: diagram::rigid(axis, units),
         facts: vec![
-            inertia("Inertia beside the free curve", axis.inertia, units.inertia()),
+            inertia(
+                &format!("{} beside the free curve", capitalised(units.moved())),
+                axis.inertia,
+                units.inertia(),
+            ),
             Fact::new("Distance of the best form", distance, from),
             samples(log),
         ]
@@ -49,14 +53,21 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, trial: &Trial) -> Joint
         curves: vec![JointCurve::new(
             "Friction",
             format!(
-                "The {} that inertia and position-dependent terms leave, over the velocity, with the free curve and its band.{}",
+                "The {} that {} and position-dependent terms leave, over the velocity, with the free curve and its band.{}",
                 units.effort,
+                units.moved(),
                 gaps_caption(&axis.friction.band)
             ),
             curve(&axis.friction.band, [&labels[0], &labels[1]], |v| best.torque(v), best),
             Scatter::new(&axis.friction.x[..], &axis.friction.partial[..]),
         )],
-        tables: vec![table(best, units)],
+        tables: (std::iter::once(table(best, units)))
+            .chain(
+                axis.polished
+                    .as_ref()
+                    .and_then(|polished| polished_table(polished, units)),
+            )
+            .collect(),
         others: others(
             "Other forms that were tried",
             axis.friction

@@ -47,8 +47,9 @@ impl Rigid {
     /// The simulated motion of a log that starts with this velocity.
     fn motion(&self, log: &Log, velocity: f64, drive: AxisDrive, name: &'static str) -> Motion {
         let measured = &log.axes[0].position;
-        let start = [measured[0], velocity];
-        let position = self.axis.replay(self.simulated(), drive, start);
+        let form = self.simulated();
+        let velocity = self.axis.starting_velocity(form, drive, measured, velocity);
+        let position = self.axis.replay(form, drive, [measured[0], velocity]);
         Motion {
             drive: name,
             fit: Fit::new(measured, &position),
@@ -114,11 +115,11 @@ impl Joint for Rigid {
         let mut lines = Lines::new();
         Outcome::new(trial, [vec![best]], &axis.findings).write_headline(
             "Rigid axis",
-            &format!("inertia {inertia}"),
+            &format!("{} {inertia}", units.moved()),
             &mut lines,
         );
         lines.item("log", format!("{} samples of {}", log.samples(), log.name));
-        lines.item("inertia", format!("{inertia}, beside the free friction curve"));
+        lines.item(units.moved(), format!("{inertia}, beside the free friction curve"));
         if let Some(chain) = self.of_chain() {
             lines.item("chain", chain.text(&units));
         }
@@ -235,8 +236,8 @@ fn polished_text(polished: &Polished, units: &Units) -> String {
         ),
     };
     format!(
-        "{lowered}, and from {held_back} to {polished_held_back} {unit} on data held back, so the motion is simulated with the new \
-         values: {}; {differs}",
+        "{lowered}, and from {held_back} to {polished_held_back} {unit} on data held back, so the motion is simulated with these \
+         values, which have no standard errors: {}; {differs}. Take them to simulate the motion, and those above to compare with other logs",
         each.collect::<Vec<_>>().join(", "),
     )
 }

@@ -35,6 +35,11 @@ impl Units {
         }
     }
 
+    /// What the joint moves: an inertia or a mass.
+    pub fn moved(&self) -> &'static str {
+        if self.prismatic { "mass" } else { "inertia" }
+    }
+
     /// The unit of inertias.
     pub fn inertia(&self) -> &'static str {
         if self.prismatic { "kg" } else { "kg m^2" }
@@ -171,13 +176,29 @@ pub fn write_parameters(form: &Fitted, units: &Units, lines: &mut Lines) {
     }
 }
 
+/// What a parameter is called; empty for those that only shape a curve.
+fn meaning(symbol: &str) -> &'static str {
+    match symbol {
+        "Fc" | "g4" => "Coulomb",
+        "Fv" | "g6" => "viscous",
+        "Fs" => "at the smallest velocities",
+        "vs" => "Stribeck velocity",
+        "Fd" => "half the difference of the viscous friction between the directions",
+        "F0" => "offset",
+        "a2" => "linear",
+        "a1" => "cubic",
+        _ => "",
+    }
+}
+
 /// What is known about the parameters of a form: first those that the data determine. The others share a row where the reason is the same.
 pub fn parameter_rows<'a>(form: &'a Fitted, units: &Units) -> Vec<(Vec<&'a str>, String)> {
     let unit = |p: &Parameter| units.of_curve(p.unit, form.form.is_stiffness());
     let (known, unknown): (Vec<_>, Vec<_>) = form.parameters.iter().partition(|p| p.identifiable);
-    let known = known
-        .into_iter()
-        .map(|p| (vec![&*p.symbol], parameter_value(p, &unit(p))));
+    let known = known.into_iter().map(|p| match meaning(&p.symbol) {
+        "" => (vec![&*p.symbol], parameter_value(p, &unit(p))),
+        meaning => (vec![&*p.symbol], format!("{}, {meaning}", parameter_value(p, &unit(p)))),
+    });
     let mut rows: Vec<(Vec<&str>, String)> = known.collect();
     for p in unknown {
         let (reason, values) = (not_identifiable(p), possible_values(p, &unit(p)));

@@ -341,8 +341,12 @@ impl<'a> Command<'a> {
             false => "The columns are named as those of a joint.".to_owned(),
         };
         if self.constant.is_none() && self.is_current {
+            let (unit, what) = match self.is_prismatic() {
+                true => ("N", "force"),
+                false => ("N m", "torque"),
+            };
             self.notes.push(format!(
-                "'{}' is a current: --torque-constant KT, in N m for each A, makes it a torque.",
+                "'{}' is a current: --torque-constant KT, in {unit} for each A, makes it a {what}.",
                 joint.torque
             ));
         }

@@ -177,7 +177,7 @@ pub(super) fn even_spacing(
             "Rows are there twice, and every identification needs evenly spaced samples."
         }
         true => "The samples are not evenly spaced, which every identification needs.",
-        false => "Samples are lost, and every identification needs all of them, evenly spaced.",
+        false => "Samples are lost, and every identification needs evenly spaced ones.",
     };
     let in_one = (cuts && clock.backwards.is_empty()).then(|| Preparation {
         outliers: steps.outliers.clone(),

@@ -265,7 +265,7 @@ fn words_of(name: &str) -> Vec<&str> {
 pub fn is_neutral(name: &str) -> bool {
     match role(name) {
         Some((role, _)) => matches!(role, Role::Input | Role::Output),
-        None => NEUTRAL.contains(&split(name).0.as_str()),
+        None => NEUTRAL.contains(&split(without_unit(name)).0.as_str()),
     }
 }
 
@@ -336,6 +336,7 @@ mod tests {
         ] {
             assert_eq!(role(name), expected, "{name}");
         }
+        assert!(is_neutral("x_mm") && role("Iq_A") == Some((Role::Torque, "")));
         assert!(is_neutral("c0") && is_neutral("u") && !is_neutral("fuel") && !is_neutral("tau"));
         assert!(
             is_setpoint("LIC_SP")

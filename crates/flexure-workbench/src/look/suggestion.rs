@@ -28,6 +28,9 @@ const FEWEST: usize = 200;
 /// The option that leaves missing outputs out; an identification that prepares its record does so by itself.
 const MISSING: &str = "--missing";
 
+/// What is said of missing samples of the output, without and with other steps.
+const LEFT_OUT: &str = " The output misses samples, which are left out of the fit.";
+const NOT_FILLED: &str = " The output is not filled: its missing samples are left out of the fit.";
 /// The end of the name of a prepared file, after that of the log.
 const OF_PREPARED: &str = "-prepared";
 
@@ -301,6 +304,9 @@ fn at_once(repair: &Repair, file: &RecordFile, request: &Request, look: &Look) -
         Some(_) => cut.map(|cut| format!("{}.", capitalised(&cut.text))).collect(),
         None => repair.notes.iter().map(|note| of_inputs(note)).collect(),
     };
+    if notes.iter().any(|note| note.ends_with(NOT_FILLED)) {
+        suggestion.why = suggestion.why.replace(LEFT_OUT, "");
+    }
     let reasons = [repair.why.clone()].into_iter().chain(notes);
     suggestion.notes = reasons.chain(std::mem::take(&mut suggestion.notes)).collect();
     Some(suggestion)
@@ -308,12 +314,9 @@ fn at_once(repair: &Repair, file: &RecordFile, request: &Request, look: &Look) -
 
 /// The note on a preparation, for an identification: it interpolates the inputs, but leaves gaps of the output as they are.
 fn of_inputs(note: &str) -> String {
-    match note.strip_prefix("This interpolates ") {
-        Some(rest) => format!(
-            "This interpolates {}, but not in the output.",
-            rest.trim_end_matches('.')
-        ),
-        None => note.to_owned(),
+    match note.starts_with("This interpolates ") {
+        true => format!("{note}{NOT_FILLED}"),
+        false => note.to_owned(),
     }
 }
 
@@ -348,7 +351,7 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
     why.push_str(because);
     if incomplete(signals.output) {
         options.push(MISSING);
-        why.push_str(" The output misses samples, which are left out of the fit.");
+        why.push_str(LEFT_OUT);
     }
     if !output.outliers.is_empty() {
         options.push("--robust");

@@ -24,8 +24,8 @@ fn nearest(comparison: &StructureComparison) -> Option<String> {
         .iter()
         .find(|c| c.structure == comparison.chosen)?;
     let fit = chosen.fit_percent;
-    // A difference below a percent point needs no explanation.
-    let has_best_fit = comparison.candidates.iter().all(|c| c.fit_percent < fit + 1.0);
+    // A difference that is not printed needs no explanation.
+    let has_best_fit = comparison.candidates.iter().all(|c| c.fit_percent < fit + 0.05);
     (fit > 0.0).then(|| match has_best_fit {
         true => format!("{} comes nearest, fit {fit:.1} %", comparison.chosen),
         false => format!(

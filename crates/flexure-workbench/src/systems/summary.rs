@@ -1,12 +1,12 @@
 //! An identified system as text: the result first, then its meaning, then the blocks.
 
 use flexure::identify::result::{
-    BlockKind, CoefficientErrors, FeedbackBlock, LinearBlock, LoopPart, NamedBlock, Path, Place,
+    BlockKind, CoefficientErrors, FeedbackBlock, LinearBlock, LoopPart, NamedBlock, Path, Place, StaticBlock,
 };
 use flexure::identify::{Verdict, Warning};
 use flexure::linear::TransferFunction;
 use flexure::nonlinearity::Surface;
-use flexure::text::{capitalised, decimal, fit, number, uncapitalised, with_error};
+use flexure::text::{capitalised, decimal, fit, joined, number, uncapitalised, with_error};
 
 use super::comparison;
 use super::poles::{NONE, poles_text, roots_text};
@@ -140,6 +140,18 @@ impl Identified {
         });
     }
 
+    /// The outputs at the kinks of the last nonlinearity, such as the limits of a sensor; empty without kinks.
+    fn output_at_kinks(&self, block: &StaticBlock) -> String {
+        let unit = self.labels.unit(&self.result.output);
+        let offset = self.result.output_offset;
+        let kinks = block.clear_kinks();
+        let values: Vec<String> = kinks.iter().map(|at| number(block.curve.value(*at) + offset)).collect();
+        match values.is_empty() {
+            true => String::new(),
+            false => format!("; the output there is {}", with_unit(joined(&values), unit)),
+        }
+    }
+
     fn write_block(&self, block: &NamedBlock, path: &Path, lines: &mut Lines) {
         let title = uncapitalised(&block.title);
         match &block.kind {
@@ -148,7 +160,13 @@ impl Identified {
                 let unit = (is_first && path.inputs.len() == 1).then(|| self.labels.unit(&path.inputs[0]));
                 let unit = unit.filter(|unit| !unit.is_empty());
                 let unit = unit.map_or(String::new(), |unit| format!("; input in {unit}"));
-                lines.item(&title, format!("{}{unit}", own.description));
+                let is_last = path.blocks.last().is_some_and(|last| std::ptr::eq(last, block));
+                let there = if is_last && !is_first {
+                    self.output_at_kinks(own)
+                } else {
+                    String::new()
+                };
+                lines.item(&title, format!("{}{there}{unit}", own.description));
             }
             BlockKind::Feedback(own) => self.write_loop(&title, own, lines),
             BlockKind::Linear(own) => self.write_linear(&title, own, lines),

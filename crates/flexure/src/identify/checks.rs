@@ -1,6 +1,8 @@
 //! Checks before and after an identification: refusals and warnings.
 
-use super::limits::{CONSTANT, FEW_LEVELS, FRESH_SHARES, MOST_OUTSIDE, NEGLIGIBLE_COLOUR, WHITENESS_LAGS};
+use super::limits::{
+    CONSTANT, FEW_LEVELS, FRESH_SHARES, MOST_OUTSIDE, NEGLIGIBLE_COLOUR, SLIGHTLY_OUTSIDE, WHITENESS_LAGS,
+};
 use std::ops::Range;
 
 use super::outcome::Verdict;
@@ -102,13 +104,17 @@ pub(super) fn warn_if_useless(verdict: &Verdict, warnings: &mut Vec<Warning>) {
 pub(super) fn warn_of_range(curve: &Curve, fresh: &[f64], is_input: bool, warnings: &mut Vec<Warning>) {
     let outside = fresh.iter().filter(|&&u| !curve.covers(u)).count();
     let percent = 100.0 * outside as f64 / fresh.len() as f64;
-    if percent > MOST_OUTSIDE {
-        let x = curve.x();
+    let x = curve.x();
+    let (low, high) = (x[0], x[x.len() - 1]);
+    let beyond = fresh.iter().map(|&u| (low - u).max(u - high));
+    let farthest = beyond.fold(0.0, f64::max) / (high - low);
+    if percent > MOST_OUTSIDE && farthest > SLIGHTLY_OUTSIDE {
         warnings.push(Warning::OutsideRange {
             percent,
             is_input,
-            low: x[0],
-            high: x[x.len() - 1],
+            low,
+            high,
+            farthest,
             continued: curve.outside() == Outside::Linear,
         });
     }

@@ -18,6 +18,8 @@ pub(super) const NEGLIGIBLE_COLOUR: f64 = 0.05;
 pub(super) const CONSTANT: f64 = 1e-12;
 /// A larger percentage of the fresh input outside the curve's range is reported. Convention.
 pub(super) const MOST_OUTSIDE: f64 = 1.0;
+/// Samples that are outside by at most this share of the range are as good as inside. Convention.
+pub(super) const SLIGHTLY_OUTSIDE: f64 = 0.01;
 /// A model that explains this share of the output's variance may leave an error that is not white. Convention.
 pub(super) const NEARLY_ALL: f64 = 0.9;
 /// A refuted model that explains this share of the output's variance, a fit of 90 %, does not hold "exactly". Convention.

@@ -65,9 +65,9 @@ pub enum Warning {
     NoStaticGain,
     /// The fresh part's input leaves the range in which the nonlinearity was estimated.
     #[error(
-        "{percent:.1} % of {} lies outside the range [{}, {}] of the fit, where the curve is {}",
+        "{percent:.1} % of {} lies outside the range [{}, {}] of the fit, by up to {} of it; there the curve is {}",
         if *.is_input { "the fresh part's input" } else { "what enters the nonlinearity in the fresh part" },
-        number(*.low), number(*.high), if *.continued { "continued straight" } else { "held at its end value" }
+        number(*.low), number(*.high), text::percent(*.farthest), if *.continued { "continued straight" } else { "held at its end value" }
     )]
     OutsideRange {
         /// Share of the fresh samples.
@@ -78,6 +78,8 @@ pub enum Warning {
         low: f64,
         /// Largest input of the fit.
         high: f64,
+        /// How far outside the farthest one is, as a share of the range.
+        farthest: f64,
         /// Whether the curve continues straight there; otherwise it has the value of its end.
         continued: bool,
     },

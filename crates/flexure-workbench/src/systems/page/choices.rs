@@ -2,7 +2,7 @@
 
 use flexure::identify::Identification;
 use flexure::identify::result::{Place, Score, Shown, StaticBlock, Value, Values};
-use flexure::text::{capitalised, counted, decimal, fit, number, short};
+use flexure::text::{self, capitalised, counted, decimal, fit, number, short};
 use flexure_report::data::{Choice, Fact, ScoreCurve, Table};
 
 use crate::systems::poles::{NONE, poles_text};
@@ -29,7 +29,11 @@ pub(super) fn facts(identified: &Identified) -> Vec<Fact> {
     }
     let kinks: Vec<usize> = curves.iter().map(|c| c.kinks.len()).collect();
     if kinks.iter().any(|k| *k > 0) {
-        let note = "where the nonlinearities' slopes jump, beside the pieces";
+        let places: Vec<String> = (curves.iter().flat_map(|c| c.clear_kinks())).map(number).collect();
+        let note = match places.is_empty() {
+            true => "where the nonlinearities' slopes jump, beside the pieces".to_owned(),
+            false => format!("where the nonlinearities' slopes jump: at {}", text::joined(&places)),
+        };
         facts.push(Fact::new("Kinks", joined(&kinks), note));
     }
     let shown = result.details.iter().filter_map(|d| d.shown.as_ref());
@@ -254,7 +258,10 @@ pub(super) fn tried(result: &Identification) -> Option<Table> {
     // At its end, the search takes the dependence of the errors into account.
     let choice = match shown.first().is_some_and(is_chosen) {
         true => "Chosen: the smallest Schwarz criterion.",
-        false => "The marked one was chosen. The rows above come from an earlier stage and have another criterion.",
+        false => {
+            "The marked one was chosen at the end of the search, where Schwarz's criterion allows for errors that depend on one another. The other rows \
+             do not allow for that, so their numbers cannot be compared with its own."
+        }
     };
     // A value that is zero in all of them was no choice.
     let varies = |name: &str| {

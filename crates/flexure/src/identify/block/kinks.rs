@@ -5,7 +5,8 @@
 
 use super::candidate::Candidate;
 use super::limits::{
-    FEWER_PIECES, KINK_EVIDENCE, KINK_PLACES, MOST_KINKS, PIECES_UNDER_KINKS, ROUGH, START_SAMPLES, TRIAL,
+    FEWER_PIECES, KINK_EVIDENCE, KINK_PLACES, MOST_KINKS, PIECES_UNDER_KINKS, RARE_KINK_PLACES, ROUGH, START_SAMPLES,
+    TRIAL,
 };
 use super::pieces::{fewest_in_piece, refitted, with_pieces};
 use super::search::Search;
@@ -88,10 +89,15 @@ fn with_kink(system: &System, part: Part, data: &Signals) -> Option<Candidate> {
         refitted(&next, part, breakpoints, data)
     };
     let few = data.head(START_SAMPLES);
-    let tried = (1..=KINK_PLACES).filter_map(|i| {
-        let at = sorted[i * sorted.len() / (KINK_PLACES + 1)];
-        Some((at, with(at, &few)?.squares))
+    let last = sorted.len() - 1;
+    let even = (1..=KINK_PLACES).map(|i| i * sorted.len() / (KINK_PLACES + 1));
+    let rare = RARE_KINK_PLACES.into_iter().flat_map(|share| {
+        let i = (share * last as f64) as usize;
+        [i, last - i]
     });
+    let tried = even
+        .chain(rare)
+        .filter_map(|i| Some((sorted[i], with(sorted[i], &few)?.squares)));
     let (at, _) = tried.min_by(|a, b| a.1.total_cmp(&b.1))?;
     with(at, data)
 }

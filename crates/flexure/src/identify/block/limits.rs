@@ -194,6 +194,8 @@ pub const NEAREST_POINTS: f64 = 1e-9;
 
 /// Shares of the samples below the places at which a kink is tried.
 pub const KINK_PLACES: usize = 40;
+/// Further such shares at either end: the limits of a sensor may be seldom reached. Convention.
+pub const RARE_KINK_PLACES: [f64; 3] = [0.003, 0.006, 0.012];
 pub const MOST_KINKS: usize = 6;
 /// Pieces of the spline to which kinks are added: too few to imitate a kink; half of the present number is tried too.
 pub const PIECES_UNDER_KINKS: [usize; 2] = [1, 3];

@@ -24,7 +24,7 @@ use crate::nonlinearity::spline::basis::LocalCubics;
 use crate::parallel;
 
 /// One column of the Jacobian.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 enum Column {
     /// A parameter of the branch of this index.
     Branch(usize, BranchColumn),
@@ -33,7 +33,7 @@ enum Column {
     Output(usize),
 }
 
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 enum BranchColumn {
     /// The instant is 0 at the samples and 1 between them.
     FrontNumerator {
@@ -74,6 +74,26 @@ impl<'a> Loss<'a> {
             free,
             columns,
         }
+    }
+
+    /// The same, with the scale of what enters a nonlinearity of one piece held: a cubic of any scale is a cubic, so that the samples do not
+    /// determine it. A descent finds its way with it, but it has no standard error.
+    pub fn with_unique_scales(at: System, data: &'a Signals) -> Self {
+        let mut loss = Loss::new(at, data);
+        for i in 0..loss.at.branches.len() {
+            let branch = &loss.at.branches[i];
+            let b = &branch.front.b;
+            let largest = (0..b.len()).max_by(|i, j| b[*i].abs().total_cmp(&b[*j].abs()));
+            let Some(lag) = largest.filter(|_| branch.spline.pieces() == 1) else {
+                continue;
+            };
+            let scale = Column::Branch(i, BranchColumn::FrontNumerator { instant: 0, lag });
+            if let Some(place) = loss.columns.iter().position(|column| *column == scale) {
+                loss.columns.remove(place);
+                loss.free.remove(place);
+            }
+        }
+        loss
     }
 
     /// The free parameters at the start.

@@ -164,7 +164,7 @@ pub(in crate::identify) fn add_errors(
     data: &Signals,
     paths_of: impl Fn(&System) -> Result<Vec<Path>> + Sync,
 ) {
-    let loss = Loss::new(system.clone(), data);
+    let loss = Loss::with_unique_scales(system.clone(), data);
     let Some(uncertainty) = Uncertainty::new(&loss, loss.start()) else {
         return;
     };

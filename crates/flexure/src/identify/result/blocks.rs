@@ -297,6 +297,14 @@ impl StaticBlock {
         }
     }
 
+    /// The kinks whose places the data determine, as the description lists them.
+    pub fn clear_kinks(&self) -> Vec<f64> {
+        let x = self.curve.x();
+        let range = x[x.len() - 1] - x[0];
+        let is_clear = |i: &usize| self.kink_errors.get(*i).is_none_or(|error| *error <= VAGUE * range);
+        (0..self.kinks.len()).filter(is_clear).map(|i| self.kinks[i]).collect()
+    }
+
     /// The number of cubic pieces of a spline.
     pub fn pieces(&self) -> usize {
         self.breakpoints.len().saturating_sub(1)

@@ -301,6 +301,10 @@ pub const POLISHED_SAMPLES: usize = 2000;
 /// Integration steps a sample, while searching and for the motion itself.
 pub const POLISH_SUBSTEPS: usize = 2;
 pub const REPLAY_SUBSTEPS: usize = 8;
+/// The first velocity of a simulated motion is fitted over this many periods of the smoothing's cut-off, and at least this many samples.
+/// Conventions.
+pub const START_PERIODS: f64 = 2.0;
+pub const FEWEST_AT_START: usize = 10;
 /// The step of difference quotients, as a share of a parameter's scale.
 pub const POLISH_DIFFERENCE: f64 = 1e-3;
 /// The most Gauss-Newton steps, and the share of the mean square by which the last one lowers it.

@@ -108,7 +108,12 @@ impl RigidAxis {
             axis: self,
             torque: &torque[first..last],
             position: &position[first..last],
-            velocity: self.friction.x[first],
+            velocity: self.starting_velocity(
+                form,
+                AxisDrive::Torque(&torque[first..last]),
+                &position[first..last],
+                self.friction.x[first],
+            ),
             every: (last - first).div_ceil(POLISHED_SAMPLES),
         };
         let start = Unknowns([&[form.inertia.value], &form.curve.factors[..]].concat());

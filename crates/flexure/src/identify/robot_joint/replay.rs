@@ -2,7 +2,7 @@
 
 use super::chain_load::JointLoad;
 use super::forms::ParametricCurve;
-use super::limits::REPLAY_SUBSTEPS;
+use super::limits::{FEWEST_AT_START, REPLAY_SUBSTEPS, START_PERIODS};
 use super::motion::between;
 use super::outcome::{Fitted, FlexibleAxis, RigidAxis};
 use super::stretches::{FormedJoint, Logged, Stretch};
@@ -24,6 +24,26 @@ pub enum AxisDrive<'a> {
         /// Torque per unit of command.
         torque_constant: f64,
     },
+}
+
+impl<'a> AxisDrive<'a> {
+    /// The same at the first samples.
+    fn head(self, samples: usize) -> AxisDrive<'a> {
+        match self {
+            AxisDrive::Torque(torque) => AxisDrive::Torque(&torque[..samples.min(torque.len())]),
+            AxisDrive::Loop {
+                reference,
+                kp,
+                kv,
+                torque_constant,
+            } => AxisDrive::Loop {
+                reference: &reference[..samples.min(reference.len())],
+                kp,
+                kv,
+                torque_constant,
+            },
+        }
+    }
 }
 
 /// An axis that can be moved.
@@ -51,6 +71,32 @@ impl RigidAxis {
             substeps: REPLAY_SUBSTEPS,
         };
         axis.positions(drive, start)
+    }
+
+    /// The velocity at the first sample, from a smoothed one: that with which the simulated motion is nearest to these positions at first.
+    ///
+    /// Smoothing knows no samples before the first one, so that it is wrong there if the log begins in the middle of an acceleration. The
+    /// velocity is returned as it is if it was logged.
+    pub fn starting_velocity(&self, form: &Fitted, drive: AxisDrive, positions: &[f64], smoothed: f64) -> f64 {
+        let Some(cut_off) = self.cut_off else {
+            return smoothed;
+        };
+        let samples = (START_PERIODS / (cut_off * self.sample_time)).ceil() as usize;
+        let first = positions[0];
+        let positions = &positions[..samples.max(FEWEST_AT_START).min(positions.len())];
+        let drive = drive.head(positions.len());
+        let from = |velocity: f64| self.replay(form, drive, [first, velocity]);
+        let range = positions.iter().fold(0.0_f64, |m, q| m.max((q - first).abs()));
+        let step = range / (positions.len() as f64 * self.sample_time);
+        let (start, moved) = (from(smoothed), from(smoothed + step));
+        let (mut above, mut below) = (0.0, 0.0);
+        for (q, (start, moved)) in positions.iter().zip(start.iter().zip(&moved)) {
+            let slope = (moved - start) / step;
+            above += slope * (q - start);
+            below += slope * slope;
+        }
+        let velocity = smoothed + above / below;
+        if velocity.is_finite() { velocity } else { smoothed }
     }
 
     /// The factors of cos q, sin q and q; 0 for missing terms.

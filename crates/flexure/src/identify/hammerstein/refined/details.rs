@@ -165,16 +165,30 @@ fn form_detail(fit: &PhysicalFormFit, asked: bool, other: Option<PhysicalForm>) 
         .collect();
     if let Some(ends) = fit.form.flat_beyond() {
         let p: Vec<f64> = fit.parameters.iter().map(|p| p.value).collect();
-        let seen = ends.into_iter().filter(|i| fit.parameters[*i].error.is_finite());
-        let flat: Vec<String> = seen.map(|i| number(fit.form.value(&p, p[i]))).collect();
+        let seen = ends.into_iter().zip(["below", "above"]);
+        let seen = seen.filter(|(i, _)| fit.parameters[*i].error.is_finite());
+        let flat = seen.map(|(i, side)| {
+            let value = number(fit.form.value(&p, p[i]));
+            format!("at {value} {side} {}", fit.parameters[i].name)
+        });
+        let flat: Vec<String> = flat.collect();
         if !flat.is_empty() {
-            text.push(format!("flat at {}", flat.join(" and at ")));
+            text.push(format!("flat {}, where the input has no effect", flat.join(" and ")));
         }
     }
     let mut why = format!(
         "{}; ± one standard error, for the estimated linear part",
         form_verdict(fit)
     );
+    if let Some([low, high]) = fit.form.dead_zone().map(|places| places.map(|i| &fit.parameters[i])) {
+        let width = high.value - low.value;
+        if width <= low.error + high.error {
+            why += &format!(
+                "; there is no dead zone between {} and {}: it has no width",
+                low.name, high.name
+            );
+        }
+    }
     if let Some(other) = other {
         why += &format!("; they do not refute the form {other}");
     }

@@ -114,6 +114,15 @@ impl PhysicalForm {
         }
     }
 
+    /// The places of the parameters between which the form has a dead zone.
+    pub(super) fn dead_zone(self) -> Option<[usize; 2]> {
+        match self {
+            PhysicalForm::DeadZone => Some([0, 1]),
+            PhysicalForm::LimitedDeadZone => Some([1, 2]),
+            _ => None,
+        }
+    }
+
     /// The starting values of the searched parameters, for increasing abscissas x.
     pub(super) fn grid(self, x: &[f64]) -> Vec<Vec<f64>> {
         let (low, high) = (x[0], x[x.len() - 1]);
