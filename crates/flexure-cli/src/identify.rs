@@ -346,8 +346,13 @@ fn refuse_foreign(structure: &Structure, given: impl Iterator<Item = &'static st
         let others = structures().iter().filter(|s| knows(s, option));
         let names: Vec<&str> = others.map(|s| s.name.key).collect();
         let names = names.join(" or ");
+        // A form is that of the curve between input and dynamics; the curves of other structures are on the page.
+        let form = match option {
+            "--form" => ": other structures draw their curves on the page, without a form",
+            _ => "",
+        };
         Err(Usage(format!(
-            "{option} is an option of --structure {names}, not of --structure {}; leave it out, or choose --structure {names}",
+            "{option} is an option of --structure {names}, not of --structure {}; leave it out, or choose --structure {names}{form}",
             structure.name.key
         )))
     })

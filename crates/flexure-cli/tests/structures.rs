@@ -206,12 +206,16 @@ fn options_of_hammerstein_models_are_refused() {
         "--lag 0",
     ] {
         let name = option.split(' ').next().unwrap();
+        let more = match name {
+            "--form" => ": other structures draw their curves on the page, without a form",
+            _ => "",
+        };
         for structure in ["auto", "linear", "wiener", "wiener-hammerstein"] {
             folder.misused(
                 &format!("identify r.csv --input u --output y --structure {structure} -o new.json {option}"),
                 &format!(
                     "{name} is an option of --structure hammerstein, not of --structure {structure}; leave it out, or choose \
-                     --structure hammerstein"
+                     --structure hammerstein{more}"
                 ),
             );
         }

@@ -85,6 +85,8 @@ const UNITS: [(&[&str], f64); 6] = [
 
 /// A column of at least this many samples that rise by 1 each counts the rows, under any name. Convention: a signal is no such ramp.
 const COUNTER: usize = 50;
+/// A step that differs from a whole number by at most this share of it is one. Rounding.
+const WHOLE: f64 = 1e-6;
 
 /// The column of a record's sample instants.
 #[derive(Debug, Clone, PartialEq)]
@@ -272,11 +274,23 @@ impl RecordFile {
         signals.map(|(name, _)| name).collect()
     }
 
-    /// The first column of a file without names, if it rises evenly by a step other than 1: it may have the instants.
+    /// The first column, if no name says which one has the instants, and it rises evenly by a step other than 1; with names, by a step that is no
+    /// whole number: it may have the instants.
     pub fn nameless_instants(&self) -> Option<&str> {
-        let first = self.record.names().first().filter(|_| self.is_nameless)?;
+        let names = self.record.names();
+        let first = names.first()?;
+        let is_said = || self.axis().is_some() || !self.origins.is_empty() || names.iter().any(|name| is_time(name));
         let step = self.record.sample_clock(first).ok()?.step;
-        (self.record.len() >= COUNTER && step != 1.0).then_some(first)
+        let is_step = match self.is_nameless {
+            true => step != 1.0,
+            false => self.is_text() && (step - step.round()).abs() > WHOLE * step && !is_said(),
+        };
+        (self.record.len() >= COUNTER && is_step).then_some(first)
+    }
+
+    /// Whether the file has no names of columns.
+    pub fn is_nameless(&self) -> bool {
+        self.is_nameless
     }
 
     /// The first column, if it has the name of an axis and a unit of time.

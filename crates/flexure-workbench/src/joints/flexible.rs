@@ -29,8 +29,9 @@ impl Flexible {
     /// The simulated motion of a log with these velocities of the link, where gravity or a chain acts.
     fn motion(&self, log: &Log, velocity: &[f64]) -> Motion {
         let axis = &log.axes[0];
-        let motor = axis.motor.as_deref().map_or(axis.position[0], |motor| motor[0]);
-        let start = [motor, axis.position[0], velocity[0], velocity[0]];
+        let motor = axis.motor.as_ref().unwrap_or(&axis.position)[0];
+        let [of_motor, of_link] = self.starting_velocities(log, velocity[0]);
+        let start = [motor, axis.position[0], of_motor, of_link];
         let position: Vec<f64> = self
             .axis
             .replay(&axis.torque, axis.load(), start)
@@ -45,6 +46,17 @@ impl Flexible {
             velocity_fit_percent: Fit::new(&velocity[..velocity.len() - 1], &slopes(&position)).percent,
             position,
         }
+    }
+}
+
+impl Flexible {
+    /// The velocities of motor and link with which a log begins, from a smoothed one of the link.
+    fn starting_velocities(&self, log: &Log, smoothed: f64) -> [f64; 2] {
+        let axis = &log.axes[0];
+        let motor = axis.motor.as_ref().unwrap_or(&axis.position);
+        let angles = [&motor[..], &axis.position[..]];
+        self.axis
+            .starting_velocities(&axis.torque, axis.load(), angles, smoothed)
     }
 }
 
@@ -72,7 +84,8 @@ impl Joint for Flexible {
         if !self.axis.link.extras.is_empty() || log.axes[0].load.is_some() {
             return Ok(vec![self.motion(log, velocities[0])]);
         }
-        let StartedArm { arm, initial } = arm_file::alone(&self.axis, log, velocities);
+        let StartedArm { arm, mut initial } = arm_file::alone(&self.axis, log, velocities);
+        [initial.dqm[0], initial.dq[0]] = self.starting_velocities(log, velocities[0][0]);
         Ok(simulation::motions(arm, initial, log, velocities)?)
     }
 
@@ -224,10 +237,11 @@ pub fn write_axis(axis: &FlexibleAxis, link: &str, motion: Option<&Motion>, torq
         (None, _) => lines.item("motor friction", "none is seen beside that at the link"),
     }
     if let Some(damping) = axis.damping {
-        lines.item(
-            "damping",
-            format!("{} N m s/rad, beside the spring", with_error(damping)),
-        );
+        let value = match damping.is_positive() {
+            true => format!("{} N m s/rad", with_error(damping)),
+            false => "not identifiable: the best fit is not clearly positive".to_owned(),
+        };
+        lines.item("damping", format!("{value}, beside the spring"));
     }
     for extra in &axis.link.extras {
         lines.item(
@@ -246,7 +260,7 @@ pub fn write_axis(axis: &FlexibleAxis, link: &str, motion: Option<&Motion>, torq
         );
     }
     let (stiffness, friction) = (&axis.model.stiffness, &axis.model.friction);
-    lines.sentence(format!("Both forms together: {}", lack_text(friction)));
+    lines.sentence(format!("These forms together: {}", lack_text(friction)));
     for (form, place) in [(stiffness, ""), (friction, "")].into_iter().chain(at_motor(axis)) {
         lines.sentence(format!("{}{place}", titled(form)));
         lines.deeper(|lines| {

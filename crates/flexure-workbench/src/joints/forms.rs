@@ -18,6 +18,7 @@ pub fn tables(axis: &FlexibleAxis, units: &Units, of: &str) -> impl Iterator<Ite
         .chain(at_motor(axis))
         .map(move |(form, place)| ParameterTable {
             heading: capitalised(&format!("{of}{}{place}", form.form.title())),
+            note: format!("all forms together: {}", lack_text(&axis.model.friction)),
             ..table(form, units)
         })
 }

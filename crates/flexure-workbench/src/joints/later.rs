@@ -132,14 +132,33 @@ impl Later {
 
     /// Whether it holds, in a few words.
     pub fn outcome(&self) -> String {
-        let holds = if self.holds() { "holds" } else { "does not hold" };
+        let holds = match (self.holds(), self.seen) {
+            (true, true) => "holds, as it must,",
+            (true, false) => "holds",
+            (false, _) => "does not hold",
+        };
+        let name = &self.log.name;
         match &self.torque {
             Some(LaterTorque { fit, own, .. }) => format!(
-                "it {holds} on {}: torque fit {:.1} % there, {:.1} % on the first log",
-                self.log.name, fit.percent, own.percent
+                "it {holds} on {name}: torque fit {:.1} % there, {:.1} % on the first log",
+                fit.percent, own.percent
             ),
-            None => format!("it {holds} on {}", self.log.name),
+            None => format!("it {holds} on {name}"),
         }
+    }
+
+    /// How far off it is there and on the first log, in a few words, without a verdict.
+    pub fn distance(&self) -> String {
+        let name = &self.log.name;
+        if let Some(LaterTorque { fit, own, .. }) = &self.torque {
+            let [there, first] = [fit, own].map(|fit| fit.percent);
+            return format!("torque fit {there:.1} % on {name}, {first:.1} % on the first log");
+        }
+        let fits = self.motions.iter().map(|motion| format!("{:.2} %", motion.fit.percent));
+        format!(
+            "fit of the simulated motion on {name}: {}",
+            fits.collect::<Vec<_>>().join(" and ")
+        )
     }
 
     /// How far off torque and motions are, as text.
@@ -183,8 +202,7 @@ impl Later {
     pub fn advice(&self) -> Option<String> {
         if self.seen {
             return Some(
-                "these samples were used for the identification, so they show nothing new; record another log, or cut this one in two by \
-                 `flexure prepare --cut`"
+                "these samples were fitted, so they show nothing new; record another log, or cut this one in two by 'flexure prepare --cut'"
                     .to_owned(),
             );
         }

@@ -132,7 +132,7 @@ impl<'a> Outcome<'a> {
         };
         let later = self
             .later
-            .map_or(String::new(), |later| format!("; {}", later.outcome()));
+            .map_or(String::new(), |later| format!("; {}", self.on_later(later)));
         let off = match self.fault() {
             Some(Fault::RefutedForm) if self.has_stiffness() => format!(
                 "; its best stiffness and friction forms differ from the measured curves by up to {}",
@@ -148,6 +148,14 @@ impl<'a> Outcome<'a> {
             self.tone(),
             format!("{what}{doubts}: {inertia}; {}{later}{off}", self.motion()),
         );
+    }
+
+    /// What it does on another log: of a result that is not to be trusted, only how far off it is.
+    fn on_later(&self, later: &Later) -> String {
+        match self.doubts.is_empty() {
+            true => later.outcome(),
+            false => later.distance(),
+        }
     }
 
     /// The same content, as the verdict of the page.
@@ -192,7 +200,7 @@ impl<'a> Outcome<'a> {
             capitalised(&format!("{joint}{}: {lack}", titles.join("; ")))
         };
         let doubts = self.doubts.iter().map(|doubt| capitalised(doubt));
-        let later = self.later.map(|later| capitalised(&later.outcome()));
+        let later = self.later.map(|later| capitalised(&self.on_later(later)));
         let sentences = doubts.chain([motion]).chain(later).chain(advice);
         Verdict {
             headline,

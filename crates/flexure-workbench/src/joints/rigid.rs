@@ -47,9 +47,10 @@ impl Rigid {
     /// The simulated motion of a log that starts with this velocity.
     fn motion(&self, log: &Log, velocity: f64, drive: AxisDrive, name: &'static str) -> Motion {
         let measured = &log.axes[0].position;
-        let form = self.simulated();
-        let velocity = self.axis.starting_velocity(form, drive, measured, velocity);
-        let position = self.axis.replay(form, drive, [measured[0], velocity]);
+        // As in the fit of the polished form.
+        let best = self.axis.friction.best();
+        let velocity = self.axis.starting_velocity(best, drive, measured, velocity);
+        let position = self.axis.replay(self.simulated(), drive, [measured[0], velocity]);
         Motion {
             drive: name,
             fit: Fit::new(measured, &position),

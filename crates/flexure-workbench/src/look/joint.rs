@@ -11,7 +11,7 @@ use super::joint_trial::{Assumed, Failure, trial};
 use super::roles::{Role, is_force_constant, is_prismatic, is_torque, is_torque_constant, role, role_with_unit};
 use super::suggestion::Suggestion;
 use crate::joints::{in_unit, written_ratio};
-use crate::text::quoted;
+use crate::text::{grouped, quoted};
 
 /// Of this number of samples of all axes, in the middle, the suggested identification is tried. Convention: it takes a few seconds.
 const MOST_TRIED: usize = 25_000;
@@ -133,6 +133,13 @@ fn best<'a>(
     best.ok_or_else(|| reason.unwrap_or_default())
 }
 
+/// Whether a position is counts of an encoder, by its whole numbers and since no unit says otherwise.
+fn are_counts(file: &RecordFile, look: &Look, position: &str) -> bool {
+    let is_position = |c: &&Column| c.name == position && file.unit(position).is_none();
+    let quantised = (look.columns.iter().find(is_position)).and_then(|c| c.quantisation);
+    quantised.is_some_and(|q| q.step == 1.0)
+}
+
 /// Two flexible joints are a two-link arm.
 fn is_arm(joints: &[Joint]) -> bool {
     joints.len() == 2 && joints.iter().all(|j| j.motor.is_some())
@@ -216,7 +223,7 @@ impl<'a> Command<'a> {
             is_current: file.unit(first.torque) == Some("A"),
         };
         match first.motor {
-            Some(motor) => command.complete_flexible(file, [motor, first.position, first.torque]),
+            Some(motor) => command.complete_flexible(file, look, [motor, first.position, first.torque]),
             None => command.complete_rigid(file, look, first),
         }
         if tried.len() == 1 && found > 1 {
@@ -228,13 +235,24 @@ impl<'a> Command<'a> {
     }
 
     /// The gear between motor and link.
-    fn complete_flexible(&mut self, file: &RecordFile, [motor, link, torque]: [&str; 3]) {
+    fn complete_flexible(&mut self, file: &RecordFile, look: &Look, [motor, link, torque]: [&str; 3]) {
         let of = |name: &str, unit: &str| in_unit(file, name, unit).ok().map(|(samples, _)| samples);
         let (Some(at_motor), Some(at_link), Some(driving)) = (of(motor, "rad"), of(link, "rad"), of(torque, "Nm"))
         else {
             return;
         };
-        if let Some(ratio) = gear_ratio(&at_motor, &at_link, &driving) {
+        let ratio = gear_ratio(&at_motor, &at_link, &driving);
+        if let Some(ratio) = ratio.filter(|_| are_counts(file, look, motor)) {
+            self.gear_ratio = ratio;
+            self.options.extend(["--gear-ratio".to_owned(), "R".to_owned()]);
+            self.options
+                .extend(["--convert".to_owned(), format!("{motor}=rev/N:rad")]);
+            self.notes.push(format!(
+                "'{motor}' has whole numbers, as counts of an encoder: put the counts of one revolution in place of N, and the gear ratio in place of R. N times R is about \
+                 {} here.",
+                grouped((ratio * std::f64::consts::TAU).abs().round() as usize)
+            ));
+        } else if let Some(ratio) = ratio {
             let option = written_ratio(ratio);
             self.gear_ratio = option.parse().unwrap_or(ratio);
             self.options.extend(["--gear-ratio".to_owned(), option]);
@@ -261,9 +279,7 @@ impl<'a> Command<'a> {
             self.notes
                 .push("Add --prismatic if the axis moves along a line: positions in m, forces in N.".to_owned());
         }
-        let is_position = |c: &&Column| c.name == joint.position && file.unit(joint.position).is_none();
-        let quantised = (look.columns.iter().find(is_position)).and_then(|c| c.quantisation);
-        if quantised.is_some_and(|q| q.step == 1.0) && !self.is_prismatic() {
+        if are_counts(file, look, joint.position) && !self.is_prismatic() {
             self.options
                 .extend(["--convert".to_owned(), format!("{}=rev/N:rad", joint.position)]);
             self.notes.push(format!(

@@ -96,9 +96,12 @@ impl<'a> Inspection<'a> {
         };
         let mut findings = findings::findings(file, &look, seconds, sample_time);
         let taken = nameless.map(|name| Finding {
-            text: format!(
-                "'{name}' has no name and rises evenly: it is taken as the sample instants in s (--time {name})."
-            ),
+            text: match file.is_nameless() {
+                true => format!("'{name}' has no name and rises evenly: it is taken as the sample instants in s (--time {name})."),
+                false => format!(
+                    "'{name}' rises evenly, and no column is named as the time: it is taken as the sample instants in s (--time {name})."
+                ),
+            },
             warning: false,
         });
         findings.splice(0..0, taken);
@@ -232,11 +235,14 @@ impl<'a> Inspection<'a> {
     }
 }
 
-/// The column of a file without names that is taken as the instants, where nothing else says them.
+/// The column that is taken as the instants, where no name says which one has them: of a file without names, or with a name that says nothing
+/// else.
 fn nameless_instants<'a>(file: &'a RecordFile, request: &Request) -> Option<&'a str> {
     let is_used = |name: &str| request.inputs.contains(&name) || request.output == Some(name);
     let is_open = request.time.is_none() && request.sample_time.is_none();
-    file.nameless_instants().filter(|name| is_open && !is_used(name))
+    let says_nothing = |name: &str| file.is_nameless() || roles::role(name).is_none();
+    file.nameless_instants()
+        .filter(|name| is_open && !is_used(name) && says_nothing(name))
 }
 
 /// The time between two samples in s.

@@ -4,13 +4,14 @@ use super::basis::range;
 use super::chain_load::JointLoad;
 use super::finding::Finding;
 use super::limits::{
-    CLIPPED_RUN, CLIPPED_SHARE, FEWEST_PLATEAUS, FEWEST_REVERSALS, FEWEST_SAMPLES, MOST_DIFFERENT, MOST_TURNS, ONE_WAY,
-    PLATEAU_DEPTH, PLATEAU_FLAT, PLATEAU_STILL, PLATEAU_SURE, PLATEAU_TOO_DEEP, PLATEAU_WINDOW, STANDS_STILL,
-    STEEP_NOISE, TOGETHER, TURN_WITHIN,
+    CLIPPED_EXCESS, CLIPPED_NEAR, CLIPPED_RUN, CLIPPED_SHARE, FEWEST_PLATEAUS, FEWEST_REVERSALS, FEWEST_SAMPLES,
+    MOST_DIFFERENT, MOST_TURNS, ONE_WAY, PLATEAU_DEPTH, PLATEAU_FLAT, PLATEAU_STILL, PLATEAU_SURE, PLATEAU_TOO_DEEP,
+    PLATEAU_WINDOW, STANDS_STILL, STEEP_NOISE, TOGETHER, TURN_WITHIN,
 };
 use super::smooth::Noise;
 use crate::error::{DataError, Error, Result};
 use crate::linalg::least_squares;
+use crate::linear::correlation::mean;
 use crate::quantiles::NORMAL_MAD;
 use crate::record::check_values;
 use crate::sort;
@@ -106,7 +107,6 @@ fn unwrapped(name: &str, q: &[f64]) -> Result<()> {
 /// How many times as far the motor goes as the link, if it goes much farther, much less far, or in the other direction: its angle is then not on
 /// the link's side of the gear. `None` if both are alike, or if the motor mostly moves relative to its link.
 pub(super) fn different_angles(motor: &[f64], link: &[f64]) -> Option<f64> {
-    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
     let (m, q) = (mean(motor), mean(link));
     let both = motor.iter().zip(link);
     let (product, own, square) = both.fold((0.0, 0.0, 0.0), |(p, o, s), (a, b)| {
@@ -175,6 +175,31 @@ pub(super) fn clipped(tau: &[f64]) -> Option<Finding> {
     }
     let Clipped { samples, value } = found.or_else(|| plateau(tau))?;
     Some(Finding::ClippedTorque { samples, value })
+}
+
+/// Whether a torque that seems to be clipped did act: where it stands at its extreme, the motion needs no more, and no more in the middle
+/// than at the ends. A drive that limits its torque logs what acted; a clipped measurement hides what acted.
+pub(super) fn is_limit(finding: &Finding, torque: &[f64], needed: &[f64]) -> bool {
+    let Finding::ClippedTorque { value, .. } = *finding else {
+        return false;
+    };
+    let smooth = |x: &[f64]| -> Vec<f64> { x.windows(PLATEAU_WINDOW).map(mean).collect() };
+    let (torque, needed) = (smooth(torque), smooth(needed));
+    let stands = |torque: f64| (torque - value).abs() < CLIPPED_NEAR * value.abs();
+    let (mut start, mut samples, mut excess, mut bulge) = (0, 0.0, 0.0, 0.0);
+    for run in torque.chunk_by(|a, b| stands(*a) == stands(*b)) {
+        let needed = &needed[start..start + run.len()];
+        start += run.len();
+        let third = run.len() / 3;
+        if stands(run[0]) && third > 0 {
+            let length = run.len() as f64;
+            samples += length;
+            excess += length * (mean(needed) - mean(run));
+            let ends = 0.5 * (mean(&needed[..third]) + mean(&needed[run.len() - third..]));
+            bulge += length * (mean(&needed[third..run.len() - third]) - ends);
+        }
+    }
+    [excess, bulge].iter().all(|sum| sum / value < CLIPPED_EXCESS * samples)
 }
 
 /// The samples at an extreme of the torque, and the extreme.

@@ -53,7 +53,7 @@ impl AxisParts<'_> {
             ..
         } = self.place;
         let torques = self.torques(outcome);
-        let findings = self.findings(self.memories(outcome, &torques.elastic));
+        let findings = self.findings(self.memories(outcome, &torques.elastic), &torques.reconstructed);
         let secant = outcome.band(stiffness);
         let at_motor = match motor_friction {
             Some(curve) => {
@@ -146,14 +146,15 @@ impl AxisParts<'_> {
         acting.map(share).collect()
     }
 
-    /// The findings about the log.
-    fn findings(&self, memories: Vec<(Effect, f64)>) -> Vec<Finding> {
+    /// The findings about the log; `needed` is the torque that the motion needs.
+    fn findings(&self, memories: Vec<(Effect, f64)>, needed: &[f64]) -> Vec<Finding> {
         let motion = self.motion;
         let competing = self.explained.map_or(&[][..], |explained| &explained.competing);
         let mut findings = Vec::new();
         let ratio = checks::different_angles(motion.motor, motion.link);
         findings.extend(ratio.map(|ratio| Finding::DifferentAngles { ratio }));
-        findings.extend(checks::clipped(motion.torque));
+        let clipped = checks::clipped(motion.torque);
+        findings.extend(clipped.filter(|clipped| !checks::is_limit(clipped, motion.torque, needed)));
         findings.extend(checks::motion(&self.joint.v, motion.velocity_resolution()));
         let unresolved = [motion.motor_noise, motion.link_noise]
             .into_iter()

@@ -6,6 +6,7 @@ use super::limits::{FEWEST_AT_START, REPLAY_SUBSTEPS, START_PERIODS};
 use super::motion::between;
 use super::outcome::{Fitted, FlexibleAxis, RigidAxis};
 use super::stretches::{FormedJoint, Logged, Stretch};
+use crate::linalg::least_squares;
 
 /// What moves the axis.
 #[derive(Debug, Clone, Copy)]
@@ -46,6 +47,18 @@ impl<'a> AxisDrive<'a> {
     }
 }
 
+/// The sum of the squared differences of two signals.
+fn squared_error(simulated: &[f64], measured: &[f64]) -> f64 {
+    let both = simulated.iter().zip(measured);
+    both.map(|(simulated, measured)| (simulated - measured).powi(2)).sum()
+}
+
+/// The number of samples over which the first velocity is fitted, of this many.
+fn at_start(cut_off: f64, sample_time: f64, samples: usize) -> usize {
+    let periods = (START_PERIODS / (cut_off * sample_time)).ceil() as usize;
+    periods.max(FEWEST_AT_START).min(samples)
+}
+
 /// An axis that can be moved.
 pub(super) struct Movable<'a> {
     pub inertia: f64,
@@ -76,16 +89,16 @@ impl RigidAxis {
     /// The velocity at the first sample, from a smoothed one: that with which the simulated motion is nearest to these positions at first.
     ///
     /// Smoothing knows no samples before the first one, so that it is wrong there if the log begins in the middle of an acceleration. The
-    /// velocity is returned as it is if it was logged.
+    /// velocity is returned as it is if it was logged, or if the whole motion is then nearer to the positions.
     pub fn starting_velocity(&self, form: &Fitted, drive: AxisDrive, positions: &[f64], smoothed: f64) -> f64 {
         let Some(cut_off) = self.cut_off else {
             return smoothed;
         };
-        let samples = (START_PERIODS / (cut_off * self.sample_time)).ceil() as usize;
-        let first = positions[0];
-        let positions = &positions[..samples.max(FEWEST_AT_START).min(positions.len())];
-        let drive = drive.head(positions.len());
-        let from = |velocity: f64| self.replay(form, drive, [first, velocity]);
+        let (whole, first) = (positions, positions[0]);
+        let error = |velocity: f64| squared_error(&self.replay(form, drive, [first, velocity]), whole);
+        let positions = &positions[..at_start(cut_off, self.sample_time, positions.len())];
+        let at_first = drive.head(positions.len());
+        let from = |velocity: f64| self.replay(form, at_first, [first, velocity]);
         let range = positions.iter().fold(0.0_f64, |m, q| m.max((q - first).abs()));
         let step = range / (positions.len() as f64 * self.sample_time);
         let (start, moved) = (from(smoothed), from(smoothed + step));
@@ -96,7 +109,10 @@ impl RigidAxis {
             below += slope * slope;
         }
         let velocity = smoothed + above / below;
-        if velocity.is_finite() { velocity } else { smoothed }
+        match error(velocity) < error(smoothed) {
+            true => velocity,
+            false => smoothed,
+        }
     }
 
     /// The factors of cos q, sin q and q; 0 for missing terms.
@@ -109,6 +125,48 @@ impl RigidAxis {
 }
 
 impl FlexibleAxis {
+    /// The velocities of motor and link at the first sample, from a smoothed one of the link: those with which the simulated angles are nearest
+    /// to these of motor and link at first, as for [`RigidAxis::starting_velocity`].
+    pub fn starting_velocities(
+        &self,
+        torque: &[f64],
+        load: Option<&JointLoad>,
+        [motor, link]: [&[f64]; 2],
+        smoothed: f64,
+    ) -> [f64; 2] {
+        let Some(cut_off) = self.link.cut_off else {
+            return [smoothed; 2];
+        };
+        let n = at_start(cut_off, self.link.sample_time, link.len());
+        let whole = torque;
+        let torque = &torque[..n.min(torque.len())];
+        let from = |[of_motor, of_link]: [f64; 2]| -> Vec<f64> {
+            let angles = self.replay(torque, load, [motor[0], link[0], of_motor, of_link]);
+            angles.into_iter().flatten().collect()
+        };
+        let range = link[..n].iter().fold(0.0_f64, |m, q| m.max((q - link[0]).abs()));
+        let step = range / (n as f64 * self.link.sample_time);
+        let start = from([smoothed; 2]);
+        let moved = [from([smoothed + step, smoothed]), from([smoothed, smoothed + step])];
+        let rows: Vec<f64> = (0..start.len())
+            .flat_map(|i| moved.each_ref().map(|moved| (moved[i] - start[i]) / step))
+            .collect();
+        let measured = motor.iter().zip(link).flat_map(|(motor, link)| [*motor, *link]);
+        let off: Vec<f64> = measured.zip(&start).map(|(measured, start)| measured - start).collect();
+        let error = |[of_motor, of_link]: [f64; 2]| {
+            let angles = self.replay(whole, load, [motor[0], link[0], of_motor, of_link]);
+            squared_error(&angles.iter().map(|[_, link]| *link).collect::<Vec<_>>(), link)
+        };
+        let fitted = match least_squares(&rows, 2, &off).as_deref() {
+            Some(&[of_motor, of_link]) => [smoothed + of_motor, smoothed + of_link],
+            _ => return [smoothed; 2],
+        };
+        match error(fitted) < error([smoothed; 2]) {
+            true => fitted,
+            false => [smoothed; 2],
+        }
+    }
+
     /// The angles of motor and link with the forms of the model, one pair a sample of the torque, which is held from sample to sample. They start
     /// from these angles of motor and link, and these velocities of both.
     ///

@@ -14,17 +14,13 @@ use super::fourier::Modulation;
 use super::free_outcome::FreeOutcome;
 use super::joint_forms::FreeCurve;
 use super::joint_signals::of_inertia;
-use super::limits::{
-    CLIPPED_EXCESS, CLIPPED_NEAR, HIGHEST_RIGID, NOISE_ROUNDS, OTHER_INERTIA, PLATEAU_WINDOW, RESOLVED,
-    SAMPLES_A_CONSTANT,
-};
+use super::limits::{HIGHEST_RIGID, NOISE_ROUNDS, OTHER_INERTIA, RESOLVED, SAMPLES_A_CONSTANT};
 use super::motion::modulation;
 use super::outcome::{ChainFit, Estimated, Parameter, RigidAxis};
 use super::passages::{Passage, while_moving};
 use super::smooth::{Noise, Reflected};
 use super::system::{Curve, CurveKind, FreeCurves, System, low_frequencies};
 use crate::error::{DataError, Result};
-use crate::linear::correlation::mean;
 use crate::quantiles::NORMAL_95;
 
 /// A position-dependent term of a rigid axis.
@@ -123,7 +119,7 @@ impl RigidJoint<'_> {
         });
         let mut axis = axis?;
         axis.findings
-            .retain(|finding| !self.is_limit(finding, &axis.reconstructed));
+            .retain(|finding| !checks::is_limit(finding, self.torque, &axis.reconstructed));
         let mut axis = axis.distrusted();
         axis.polished = axis.polish(&self.free_torque(), self.position);
         let simulation = axis
@@ -136,31 +132,6 @@ impl RigidJoint<'_> {
         let finding = |simulation| Finding::OtherInertia { equations, simulation };
         axis.findings.extend(other.map(finding));
         Ok(axis)
-    }
-
-    /// Whether a torque that seems to be clipped did act: where it stands at its extreme, the motion needs no more, and no more in the middle
-    /// than at the ends. A drive that limits its torque logs what acted; a clipped measurement hides what acted.
-    fn is_limit(&self, finding: &Finding, needed: &[f64]) -> bool {
-        let Finding::ClippedTorque { value, .. } = *finding else {
-            return false;
-        };
-        let smooth = |x: &[f64]| -> Vec<f64> { x.windows(PLATEAU_WINDOW).map(mean).collect() };
-        let (torque, needed) = (smooth(self.torque), smooth(needed));
-        let stands = |torque: f64| (torque - value).abs() < CLIPPED_NEAR * value.abs();
-        let (mut start, mut samples, mut excess, mut bulge) = (0, 0.0, 0.0, 0.0);
-        for run in torque.chunk_by(|a, b| stands(*a) == stands(*b)) {
-            let needed = &needed[start..start + run.len()];
-            start += run.len();
-            let third = run.len() / 3;
-            if stands(run[0]) && third > 0 {
-                let length = run.len() as f64;
-                samples += length;
-                excess += length * (mean(needed) - mean(run));
-                let ends = 0.5 * (mean(&needed[..third]) + mean(&needed[run.len() - third..]));
-                bulge += length * (mean(&needed[third..run.len() - third]) - ends);
-            }
-        }
-        [excess, bulge].iter().all(|sum| sum / value < CLIPPED_EXCESS * samples)
     }
 
     /// The load at a sample; 0 without one.
