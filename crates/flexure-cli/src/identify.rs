@@ -348,7 +348,7 @@ fn refuse_foreign(structure: &Structure, given: impl Iterator<Item = &'static st
         let names = names.join(" or ");
         // A form is that of the curve between input and dynamics; the curves of other structures are on the page.
         let form = match option {
-            "--form" => ": other structures draw their curves on the page, without a form",
+            "--form" => ". Other structures draw their curves on the page, without a form",
             _ => "",
         };
         Err(Usage(format!(

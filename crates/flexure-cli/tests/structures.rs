@@ -207,7 +207,7 @@ fn options_of_hammerstein_models_are_refused() {
     ] {
         let name = option.split(' ').next().unwrap();
         let more = match name {
-            "--form" => ": other structures draw their curves on the page, without a form",
+            "--form" => ". Other structures draw their curves on the page, without a form",
             _ => "",
         };
         for structure in ["auto", "linear", "wiener", "wiener-hammerstein"] {

@@ -285,7 +285,9 @@ impl RecordFile {
             true => step != 1.0,
             false => self.is_text() && (step - step.round()).abs() > WHOLE * step && !is_said(),
         };
-        (self.record.len() >= COUNTER && is_step).then_some(first)
+        // A unit of something else says that it is no time; one of time belongs to `--time` with that unit.
+        let is_seconds = self.unit(first).is_none_or(|unit| seconds(unit) == Some(1.0));
+        (self.record.len() >= COUNTER && is_step && is_seconds).then_some(first)
     }
 
     /// Whether the file has no names of columns.

@@ -8,13 +8,13 @@ use anyhow::{Result, bail};
 use flexure::text::{exact, shown_path};
 use flexure_io::RecordFile;
 use flexure_workbench::joints::{AxisLog, LaterLog, Log, in_unit};
-use flexure_workbench::preparation::Conversion;
+use flexure_workbench::preparation::{Conversion, conversion};
 
 use super::Arguments;
 use super::axes::AXIS;
 use super::counts::note_of_counts;
 use crate::arguments::Usage;
-use crate::output::{print_note, this_command};
+use crate::output::{print_note, quoted, this_command};
 use crate::reading::with_resampling;
 
 /// A number, or the name of one in the record.
@@ -278,18 +278,22 @@ impl Columns {
 
     /// Refuses a length as an angle, and an angle as a position along a line.
     fn check_units(&self, file: &RecordFile) -> Result<()> {
-        for position in self.position.iter().chain(&self.motor) {
+        // The motor of an axis that moves along a line may turn.
+        let positions = self.position.iter().filter(|_| !(self.at_motor && self.prismatic));
+        for position in positions.chain(self.motor.iter().filter(|_| !self.prismatic)) {
             let Some(unit) = file.unit(file.meant(position)) else {
                 continue;
             };
-            let remedy = match (self.prismatic, unit) {
-                (false, "m" | "mm" | "µm") => "a length: add --prismatic if the axis moves along a line",
-                (true, "rad" | "mrad" | "deg" | "°") => "an angle: leave out --prismatic if the axis turns",
+            let is_in = |wanted: &str| conversion(unit, wanted).is_ok();
+            let remedy = match self.prismatic {
+                false if is_in("m") => "a length: add --prismatic if the axis moves along a line",
+                true if is_in("rad") => "an angle: leave out --prismatic if the axis turns",
                 _ => continue,
             };
-            let unit_wanted = Quantity::Angle.unit(self.prismatic);
+            let right = Quantity::Angle.unit(self.prismatic);
+            let option = quoted(&format!("{position}={right}:{right}"));
             bail!(
-                "{}: '{position}' is in {unit}, {remedy}; if the unit is wrong, give the right one, as in --convert {position}={unit_wanted}:{unit_wanted}",
+                "{}: '{position}' is in {unit}, {remedy}; if the unit is wrong, give the right one, as in --convert {option}",
                 shown_path(&file.path)
             );
         }

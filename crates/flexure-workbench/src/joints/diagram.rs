@@ -54,11 +54,8 @@ pub fn flexible(axis: &FlexibleAxis, units: &Units) -> Option<Flow> {
         between: Box::new(curve(spring, &axis.stiffness.band)),
         last: Box::new(link.flow(units)),
     };
-    let ends = [
-        format!("motor torque ({})", units.torque),
-        format!("link angle ({})", units.position),
-    ];
-    let [torque, angle] = ends;
+    let torque = format!("motor torque ({})", units.torque);
+    let angle = format!("link angle ({})", units.position);
     axis.link.chain.is_none().then(|| between(torque, joint, angle))
 }
 

@@ -238,10 +238,10 @@ pub fn write_axis(axis: &FlexibleAxis, link: &str, motion: Option<&Motion>, torq
     }
     if let Some(damping) = axis.damping {
         let value = match damping.is_positive() {
-            true => format!("{} N m s/rad", with_error(damping)),
+            true => format!("{} N m s/rad, beside the spring", with_error(damping)),
             false => "not identifiable: the best fit is not clearly positive".to_owned(),
         };
-        lines.item("damping", format!("{value}, beside the spring"));
+        lines.item("damping", value);
     }
     for extra in &axis.link.extras {
         lines.item(
@@ -260,7 +260,7 @@ pub fn write_axis(axis: &FlexibleAxis, link: &str, motion: Option<&Motion>, torq
         );
     }
     let (stiffness, friction) = (&axis.model.stiffness, &axis.model.friction);
-    lines.sentence(format!("These forms together: {}", lack_text(friction)));
+    lines.sentence(format!("All forms together: {}", lack_text(friction)));
     for (form, place) in [(stiffness, ""), (friction, "")].into_iter().chain(at_motor(axis)) {
         lines.sentence(format!("{}{place}", titled(form)));
         lines.deeper(|lines| {

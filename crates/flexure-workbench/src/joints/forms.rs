@@ -83,7 +83,7 @@ pub fn polished_table(polished: &Polished, units: &Units) -> Option<ParameterTab
         rows,
         note: format!(
             "The motion is simulated with these values, which have no standard errors: on data held back they lower its error from {before} to \
-             {after} {}. To compare with other logs, take the others.",
+             {after} {}. To compare with other logs, take those of the equations of motion.",
             units.position
         ),
     })

@@ -132,11 +132,10 @@ impl Later {
 
     /// Whether it holds, in a few words.
     pub fn outcome(&self) -> String {
-        let holds = match (self.holds(), self.seen) {
-            (true, true) => "holds, as it must,",
-            (true, false) => "holds",
-            (false, _) => "does not hold",
-        };
+        if self.seen {
+            return format!("the samples of {} were fitted: {}", self.log.name, self.distance());
+        }
+        let holds = if self.holds() { "holds" } else { "does not hold" };
         let name = &self.log.name;
         match &self.torque {
             Some(LaterTorque { fit, own, .. }) => format!(
@@ -202,7 +201,7 @@ impl Later {
     pub fn advice(&self) -> Option<String> {
         if self.seen {
             return Some(
-                "these samples were fitted, so they show nothing new; record another log, or cut this one in two by 'flexure prepare --cut'"
+                "fitted samples show nothing new; record another log, or cut this one in two by 'flexure prepare --cut'"
                     .to_owned(),
             );
         }
@@ -298,13 +297,17 @@ impl Log {
             .collect()
     }
 
-    /// Whether all samples of its torques are in another log, one after the other.
+    /// Whether all samples of its torques and positions are in another log, one after the other.
     fn is_part_of(&self, other: &Log) -> bool {
-        let part = |(own, other): (&AxisLog, &AxisLog)| {
-            let (own, other) = (&own.torque, &other.torque);
-            !own.is_empty() && other.windows(own.len()).any(|window| window == &own[..])
+        // Positions are seldom the same for long; torques may be.
+        let begins = |first: usize, (own, other): (&AxisLog, &AxisLog)| {
+            let is_same = |own: &[f64], other: &[f64]| other.get(first..first + own.len()) == Some(own);
+            is_same(&own.position, &other.position) && is_same(&own.torque, &other.torque)
         };
-        self.axes.iter().zip(&other.axes).all(part)
+        let both = || self.axes.iter().zip(&other.axes);
+        let last = other.samples().checked_sub(self.samples());
+        self.axes.len() == other.axes.len()
+            && last.is_some_and(|last| (0..=last).any(|first| both().all(|axes| begins(first, axes))))
     }
 
     /// Refuses torques that are not finite, or are not as long as the positions.

@@ -238,7 +238,7 @@ fn polished_text(polished: &Polished, units: &Units) -> String {
     };
     format!(
         "{lowered}, and from {held_back} to {polished_held_back} {unit} on data held back, so the motion is simulated with these \
-         values, which have no standard errors: {}; {differs}. Take them to simulate the motion, and those above to compare with other logs",
+         values, which have no standard errors: {}; {differs}. Take them to simulate the motion, and those of the equations of motion, above, to compare with other logs",
         each.collect::<Vec<_>>().join(", "),
     )
 }

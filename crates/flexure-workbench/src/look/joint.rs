@@ -242,14 +242,16 @@ impl<'a> Command<'a> {
             return;
         };
         let ratio = gear_ratio(&at_motor, &at_link, &driving);
-        if let Some(ratio) = ratio.filter(|_| are_counts(file, look, motor)) {
+        let is_counted = are_counts(file, look, motor) && !are_counts(file, look, link);
+        if let Some(ratio) = ratio.filter(|_| is_counted) {
+            let turns = if ratio < 0.0 { "; R is negative" } else { "" };
             self.gear_ratio = ratio;
             self.options.extend(["--gear-ratio".to_owned(), "R".to_owned()]);
             self.options
                 .extend(["--convert".to_owned(), format!("{motor}=rev/N:rad")]);
             self.notes.push(format!(
                 "'{motor}' has whole numbers, as counts of an encoder: put the counts of one revolution in place of N, and the gear ratio in place of R. N times R is about \
-                 {} here.",
+                 {} here{turns}.",
                 grouped((ratio * std::f64::consts::TAU).abs().round() as usize)
             ));
         } else if let Some(ratio) = ratio {

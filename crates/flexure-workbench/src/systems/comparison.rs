@@ -25,7 +25,8 @@ fn nearest(comparison: &StructureComparison) -> Option<String> {
         .find(|c| c.structure == comparison.chosen)?;
     let fit = chosen.fit_percent;
     // A difference that is not printed needs no explanation.
-    let has_best_fit = comparison.candidates.iter().all(|c| c.fit_percent < fit + 0.05);
+    let shown = |fit: f64| (10.0 * fit).round();
+    let has_best_fit = comparison.candidates.iter().all(|c| shown(c.fit_percent) <= shown(fit));
     (fit > 0.0).then(|| match has_best_fit {
         true => format!("{} comes nearest, fit {fit:.1} %", comparison.chosen),
         false => format!(

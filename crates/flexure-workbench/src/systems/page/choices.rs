@@ -30,9 +30,9 @@ pub(super) fn facts(identified: &Identified) -> Vec<Fact> {
     let kinks: Vec<usize> = curves.iter().map(|c| c.kinks.len()).collect();
     if kinks.iter().any(|k| *k > 0) {
         let places: Vec<String> = (curves.iter().flat_map(|c| c.clear_kinks())).map(number).collect();
-        let note = match places.is_empty() {
-            true => "where the nonlinearities' slopes jump, beside the pieces".to_owned(),
-            false => format!("where the nonlinearities' slopes jump: at {}", text::joined(&places)),
+        let note = match (places.len() == kinks[0], kinks.len()) {
+            (true, 1) => format!("where the nonlinearity's slope jumps: at {}", text::joined(&places)),
+            _ => "where the nonlinearities' slopes jump, beside the pieces".to_owned(),
         };
         facts.push(Fact::new("Kinks", joined(&kinks), note));
     }

@@ -1,7 +1,7 @@
 //! Blocks in the record's units and the conventional scale.
 
 use super::super::checks::few_levels;
-use super::limits::{CURVE_POINTS, NEAREST_POINTS, NO_STATIC_GAIN};
+use super::limits::{CONSTANT_SPREAD, CURVE_POINTS, NEAREST_POINTS, NO_STATIC_GAIN};
 use super::prepared::Prepared;
 use super::rational::Rational;
 use super::spline::KinkedSpline;
@@ -9,7 +9,7 @@ use super::system::Branch;
 use crate::error::{Error, Result};
 use crate::identify::result::{BlockKind, LinearBlock, NamedBlock, StaticBlock};
 use crate::linear::TransferFunction;
-use crate::linear::correlation::variance;
+use crate::linear::correlation::{mean, variance};
 use crate::nonlinearity::{Curve, Outside};
 use crate::sort;
 
@@ -151,8 +151,13 @@ impl Gain {
     /// with that; 1 for a block that passes nothing.
     fn conventional(g: &Rational, entering: &[f64], from: usize) -> Result<Gain> {
         let spread = |signal: &[f64]| variance(&signal[from..]).sqrt();
+        // Around its mean, since the filter starts at rest.
+        let level = mean(&entering[from..]);
+        let around: Vec<f64> = entering.iter().map(|x| x - level).collect();
         // Nothing is known of this gain where the input is constant.
-        let passed = Some(spread(&g.run(entering)) / spread(entering)).filter(|gain| gain.is_finite() && *gain > 0.0);
+        let is_constant = spread(entering) <= CONSTANT_SPREAD * level.abs();
+        let passed = Some(spread(&g.run(&around)) / spread(entering));
+        let passed = passed.filter(|gain| !is_constant && gain.is_finite() && *gain > 0.0);
         let fixed = g.static_gain();
         if fixed.is_finite() && fixed != 0.0 && passed.is_none_or(|gain| fixed.abs() >= NO_STATIC_GAIN * gain) {
             return Ok(Gain {
@@ -245,7 +250,12 @@ mod tests {
         // What passes nothing, and what nothing enters, keep their scale or have unit static gain.
         let nothing = Rational::pass().with_numerator(vec![0.0]);
         assert_eq!(Normalised::new(&nothing, 0, &slow, 0).unwrap().gain, 1.0);
-        assert_eq!(Normalised::new(&resonance, 0, &[0.0; 50], 0).unwrap().gain, found.gain);
+        for level in [0.0, 0.1] {
+            assert_eq!(
+                Normalised::new(&resonance, 0, &[level; 50], 0).unwrap().gain,
+                found.gain
+            );
+        }
     }
 
     #[test]

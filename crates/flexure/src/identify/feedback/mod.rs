@@ -214,8 +214,8 @@ fn details(units: &InUnits, best: &LoopCandidate, approximations: &[f64], output
         Convention::NoTangent => (
             "no-tangent",
             "in the unit of the output",
-            "a constant does not pass around the loop, so a straight line may belong to the nonlinearity or to the linear part: here the \
-             nonlinearity has slope 0 at the median of what enters it",
+            "the loop passes no constant, so the data do not say how a straight line is divided between the nonlinearity and the linear part: here \
+             the nonlinearity has slope 0 at the median of what enters it",
         ),
     };
     let [low, high] = units.seen;

@@ -152,7 +152,7 @@ impl FeedbackBlock {
             LoopPart::new(
                 "input_to_nonlinearity",
                 "Linear part, input to nonlinearity",
-                "what the input adds to the signal that enters the nonlinearity",
+                "how the input reaches the nonlinearity, beside the loop",
                 way(From::Input, To::Nonlinearity),
             ),
             LoopPart::new(

@@ -1,5 +1,6 @@
 //! An identified axis in time: its simulated motion.
 
+use super::basis::range;
 use super::chain_load::JointLoad;
 use super::forms::ParametricCurve;
 use super::limits::{FEWEST_AT_START, REPLAY_SUBSTEPS, START_PERIODS};
@@ -53,6 +54,17 @@ fn squared_error(simulated: &[f64], measured: &[f64]) -> f64 {
     both.map(|(simulated, measured)| (simulated - measured).powi(2)).sum()
 }
 
+/// The range of positions over the log's duration: a speed by which a velocity is changed to see what that does.
+fn usual_speed(positions: &[f64], sample_time: f64) -> f64 {
+    let [low, high] = range(positions);
+    (high - low) / (positions.len() as f64 * sample_time)
+}
+
+/// Whether an error is less than another one; a motion that runs away has none.
+fn is_less(error: f64, than: f64) -> bool {
+    error < than || error.is_finite() && !than.is_finite()
+}
+
 /// The number of samples over which the first velocity is fitted, of this many.
 fn at_start(cut_off: f64, sample_time: f64, samples: usize) -> usize {
     let periods = (START_PERIODS / (cut_off * sample_time)).ceil() as usize;
@@ -88,19 +100,21 @@ impl RigidAxis {
 
     /// The velocity at the first sample, from a smoothed one: that with which the simulated motion is nearest to these positions at first.
     ///
-    /// Smoothing knows no samples before the first one, so that it is wrong there if the log begins in the middle of an acceleration. The
-    /// velocity is returned as it is if it was logged, or if the whole motion is then nearer to the positions.
+    /// `drive` and `positions`, rad (m), have one value for each sample of a log; `smoothed` and the result are in rad/s (m/s). Smoothing knows no
+    /// samples before the first one, so that it is wrong there if the log begins in the middle of an acceleration. The velocity is returned as
+    /// it is if it was logged, or if the whole motion is then nearer to the positions.
     pub fn starting_velocity(&self, form: &Fitted, drive: AxisDrive, positions: &[f64], smoothed: f64) -> f64 {
         let Some(cut_off) = self.cut_off else {
             return smoothed;
         };
-        let (whole, first) = (positions, positions[0]);
+        let (whole, Some(&first)) = (positions, positions.first()) else {
+            return smoothed;
+        };
         let error = |velocity: f64| squared_error(&self.replay(form, drive, [first, velocity]), whole);
         let positions = &positions[..at_start(cut_off, self.sample_time, positions.len())];
         let at_first = drive.head(positions.len());
         let from = |velocity: f64| self.replay(form, at_first, [first, velocity]);
-        let range = positions.iter().fold(0.0_f64, |m, q| m.max((q - first).abs()));
-        let step = range / (positions.len() as f64 * self.sample_time);
+        let step = usual_speed(whole, self.sample_time);
         let (start, moved) = (from(smoothed), from(smoothed + step));
         let (mut above, mut below) = (0.0, 0.0);
         for (q, (start, moved)) in positions.iter().zip(start.iter().zip(&moved)) {
@@ -109,7 +123,7 @@ impl RigidAxis {
             below += slope * slope;
         }
         let velocity = smoothed + above / below;
-        match error(velocity) < error(smoothed) {
+        match is_less(error(velocity), error(smoothed)) {
             true => velocity,
             false => smoothed,
         }
@@ -126,7 +140,8 @@ impl RigidAxis {
 
 impl FlexibleAxis {
     /// The velocities of motor and link at the first sample, from a smoothed one of the link: those with which the simulated angles are nearest
-    /// to these of motor and link at first, as for [`RigidAxis::starting_velocity`].
+    /// to these of motor and link at first, as for [`RigidAxis::starting_velocity`]. Angles in rad, on the link's side of a gear, and the torque
+    /// in N m, one value for each sample of a log.
     pub fn starting_velocities(
         &self,
         torque: &[f64],
@@ -134,18 +149,17 @@ impl FlexibleAxis {
         [motor, link]: [&[f64]; 2],
         smoothed: f64,
     ) -> [f64; 2] {
-        let Some(cut_off) = self.link.cut_off else {
+        let samples = torque.len().min(motor.len()).min(link.len());
+        let Some(cut_off) = self.link.cut_off.filter(|_| samples > 0) else {
             return [smoothed; 2];
         };
-        let n = at_start(cut_off, self.link.sample_time, link.len());
-        let whole = torque;
-        let torque = &torque[..n.min(torque.len())];
+        let n = at_start(cut_off, self.link.sample_time, samples);
+        let (whole, torque) = (torque, &torque[..n]);
         let from = |[of_motor, of_link]: [f64; 2]| -> Vec<f64> {
             let angles = self.replay(torque, load, [motor[0], link[0], of_motor, of_link]);
             angles.into_iter().flatten().collect()
         };
-        let range = link[..n].iter().fold(0.0_f64, |m, q| m.max((q - link[0]).abs()));
-        let step = range / (n as f64 * self.link.sample_time);
+        let step = usual_speed(link, self.link.sample_time);
         let start = from([smoothed; 2]);
         let moved = [from([smoothed + step, smoothed]), from([smoothed, smoothed + step])];
         let rows: Vec<f64> = (0..start.len())
@@ -157,11 +171,13 @@ impl FlexibleAxis {
             let angles = self.replay(whole, load, [motor[0], link[0], of_motor, of_link]);
             squared_error(&angles.iter().map(|[_, link]| *link).collect::<Vec<_>>(), link)
         };
-        let fitted = match least_squares(&rows, 2, &off).as_deref() {
+        let is_finite = rows.iter().chain(&off).all(|value| value.is_finite());
+        let solved = is_finite.then(|| least_squares(&rows, 2, &off)).flatten();
+        let fitted = match solved.as_deref() {
             Some(&[of_motor, of_link]) => [smoothed + of_motor, smoothed + of_link],
             _ => return [smoothed; 2],
         };
-        match error(fitted) < error([smoothed; 2]) {
+        match is_less(error(fitted), error([smoothed; 2])) {
             true => fitted,
             false => [smoothed; 2],
         }

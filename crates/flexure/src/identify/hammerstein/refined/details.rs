@@ -134,6 +134,9 @@ fn standard_error(error: f64) -> Option<f64> {
     (error > 0.0 && error.is_finite()).then_some(error)
 }
 
+/// A dead zone is seen if it is wider than this many standard errors. Convention.
+const CLEARLY_WIDE: f64 = 3.0;
+
 /// The form that was fitted to the nonlinearity, and its test: the one that was `asked` for, or one that suffices. If the data refute it,
 /// there may be an `other` one that suffices.
 fn form_detail(fit: &PhysicalFormFit, asked: bool, other: Option<PhysicalForm>) -> Detail {
@@ -181,12 +184,10 @@ fn form_detail(fit: &PhysicalFormFit, asked: bool, other: Option<PhysicalForm>) 
         form_verdict(fit)
     );
     if let Some([low, high]) = fit.form.dead_zone().map(|places| places.map(|i| &fit.parameters[i])) {
-        let width = high.value - low.value;
-        if width <= low.error + high.error {
-            why += &format!(
-                "; there is no dead zone between {} and {}: it has no width",
-                low.name, high.name
-            );
+        let (width, error) = (high.value - low.value, low.error.hypot(high.error));
+        if error.is_finite() && width <= CLEARLY_WIDE * error {
+            let [low, high] = [&low.name, &high.name];
+            why += &format!("; a width of the dead zone between {low} and {high} is not seen");
         }
     }
     if let Some(other) = other {

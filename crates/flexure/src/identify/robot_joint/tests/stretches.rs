@@ -100,3 +100,46 @@ fn a_stiff_joint_has_its_inertias_and_its_stiffness() {
         assert!(off.abs() < 1.5, "{mean:?} standard errors from the truth on average");
     }
 }
+
+/// A log that begins in the middle of a motion is simulated better than from rest, and one that begins at rest stays there.
+#[test]
+fn a_simulated_motion_begins_with_the_velocities_of_the_log() {
+    let [motor, link, torque] = controlled(1);
+    let step = 0.002;
+    let IdentifiedJoint::Flexible(axis) = FlexibleJoint {
+        motor: &motor,
+        link: &link,
+        torque: &torque,
+        load: None,
+        sample_time: step,
+        motor_inertia: None,
+        level: 0.95,
+    }
+    .identify()
+    .unwrap() else {
+        panic!("no flexible joint")
+    };
+    for first in [5000, 7100, 12_345] {
+        let part = first..first + 4000;
+        let angles = [&motor[part.clone()], &link[part.clone()]];
+        let found = axis.starting_velocities(&torque[part.clone()], None, angles, 0.0);
+        let error = |[of_motor, of_link]: [f64; 2]| -> f64 {
+            let start = [motor[first], link[first], of_motor, of_link];
+            let replayed = axis.replay(&torque[part.clone()], None, start);
+            let both = replayed.iter().zip(angles[1]);
+            both.map(|([_, replayed], measured)| (replayed - measured).powi(2))
+                .sum()
+        };
+        let [fitted, from_rest] = [error(found), error([0.0; 2])];
+        assert!(
+            fitted < 0.05 * from_rest,
+            "{first}: {found:?}, {fitted} and {from_rest}"
+        );
+    }
+    let rest = |signal: &[f64], value: f64| [&vec![value; 500][..], signal].concat();
+    let [at_motor, at_link] = [&motor, &link].map(|angle| rest(angle, motor[0]));
+    let found = axis.starting_velocities(&rest(&torque, 0.0), None, [&at_motor, &at_link], 0.0);
+    assert!(found.iter().all(|v| v.abs() < 1e-3), "{found:?}");
+    // Nothing to start from.
+    assert_eq!(axis.starting_velocities(&[], None, [&[], &[]], 0.3), [0.3, 0.3]);
+}

@@ -18,7 +18,8 @@
 //! Gaussian. Steps 1 and 2 are exact for Gaussian inputs of any colour and good starts for others.
 //!
 //! The linear block is returned with unit static gain; if it hardly passes a constant, with the input's standard deviation at its output,
-//! as for the [Wiener-Hammerstein system](crate::identify::WIENER_HAMMERSTEIN). The nonlinearity has the rest. If f is even, the linear block's sign is a convention too.
+//! as for the [Wiener-Hammerstein system](crate::identify::WIENER_HAMMERSTEIN). The nonlinearity has the rest. If f is even, the linear
+//! block's sign is a convention too.
 
 mod directions;
 mod starts;
