@@ -1,8 +1,6 @@
 /* Everything drawn, in the order of the page. */
 
 startTheme();
-const diagram = byId("diagram");
-if (diagram) drawings.push({ host: diagram, svg: () => [...diagram.querySelectorAll("svg")].find((svg) => svg.getBoundingClientRect().width > 0) });
 if (page.nonlinearity) plotNonlinearity(page.nonlinearity);
 if (page.surface) plotSurface(page.surface);
 page.curves.forEach((curve, i) => plotCurve(byId(`plot-curve-${i}`), curve));

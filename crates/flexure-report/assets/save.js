@@ -166,6 +166,8 @@ async function copyText(text) {
 
 /** What every page ends with: buttons, and the sign that all is drawn. */
 function finishPage() {
+  const diagram = byId("diagram");
+  if (diagram) drawings.push({ host: diagram, svg: () => [...diagram.querySelectorAll("svg")].find((svg) => svg.getBoundingClientRect().width > 0) });
   for (const card of document.querySelectorAll("figure.card")) {
     if ([...charts, ...drawings].some((plot) => card.contains(plot.host))) card.append(saveButtons(card));
   }
