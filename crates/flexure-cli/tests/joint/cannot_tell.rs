@@ -109,7 +109,7 @@ fn logs() -> Vec<(&'static str, String, &'static str)> {
         (
             "hardly any motion",
             Axis { noise: 1e-2, ..PLAIN }.log(|t, _| multisine(t) / 12.0, as_it_is),
-            "to be doubted",
+            "not to be trusted",
         ),
     ]
 }
