@@ -98,7 +98,7 @@ fn description(flow: &Flow) -> String {
         Flow::Coupled { first, between, last } => {
             let [first, between, last] = [first, between, last].map(|part| description(part));
             format!(
-                "[{first}], then [{between}], which is subtracted from what enters, then [{last}], which is subtracted from what enters the second"
+                "[{first}], then [{between}], whose output is subtracted from the input of the first, then [{last}], whose output is subtracted from the input of the second"
             )
         }
     }

@@ -77,7 +77,7 @@ impl<'a> Loss<'a> {
     }
 
     /// The same, with the scale of what enters a nonlinearity of one piece held: a cubic of any scale is a cubic, so that the samples do not
-    /// determine it. A descent finds its way with it, but it has no standard error.
+    /// determine it. The search can leave it free, but it has no standard error.
     pub fn with_unique_scales(at: System, data: &'a Signals) -> Self {
         let mut loss = Loss::new(at, data);
         for i in 0..loss.at.branches.len() {

@@ -20,8 +20,8 @@
 //! for others. A nonlinearity that is even about the intermediate signal's mean leaves no linear approximation to start from.
 //!
 //! Only the product of the blocks' gains and the sum of their delays are determined: both linear blocks are returned with
-//! unit static gain. A block that hardly passes a constant (its static gain is less than a tenth of its output's standard deviation over
-//! its input's on the fit's samples) is returned with the standard deviation of its input at its output.
+//! unit static gain. A block that hardly passes a constant is scaled so that its output has the standard deviation of its input over
+//! the fit's samples. It hardly passes a constant if its static gain is less than a tenth of the ratio of these two standard deviations.
 
 use super::super::block::{Blocks, FreeParts, Monitor, Tried, add_errors, search, splits, without_start};
 use super::super::warning::Warning;

@@ -187,7 +187,7 @@ fn form_detail(fit: &PhysicalFormFit, asked: bool, other: Option<PhysicalForm>) 
         let (width, error) = (high.value - low.value, low.error.hypot(high.error));
         if error.is_finite() && width <= CLEARLY_WIDE * error {
             let [low, high] = [&low.name, &high.name];
-            why += &format!("; a width of the dead zone between {low} and {high} is not seen");
+            why += &format!("; the data do not show that the dead zone from {low} to {high} has a width");
         }
     }
     if let Some(other) = other {
