@@ -29,7 +29,7 @@ pub struct Steps {
     #[arg(long, help_heading = STEPS, value_name = "COLUMNS", value_delimiter = ',')]
     hold: Vec<String>,
     /// Interpolate gaps of at most N missing samples; by default 3 where something is resampled, else none.
-    /// The output of a model is never filled.
+    /// The output of a block model is never filled: its missing samples do not count. A joint's columns are all filled.
     #[arg(long, help_heading = STEPS, value_name = "N", value_parser = arguments::count)]
     pub fill: Option<usize>,
 }

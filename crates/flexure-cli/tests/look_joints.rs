@@ -42,6 +42,33 @@ fn two_encoders_and_two_joints() {
     for command in ["look units.csv", "look units.csv --input torque_Nm --output load_rad"] {
         assert_eq!(next(&folder.done(command)), expected, "{command}");
     }
+    // Single lost samples are interpolated, and the joint stays a flexible one.
+    let mut rows: Vec<String> = folder.read("units.csv").lines().take(8000).map(str::to_owned).collect();
+    for row in rows.iter_mut().skip(17).step_by(3000) {
+        let mut fields: Vec<&str> = row.split(',').collect();
+        fields[2] = "";
+        *row = fields.join(",");
+    }
+    folder.write("gaps.csv", rows.join("\n"));
+    let looked = folder.done("look gaps.csv");
+    assert_eq!(
+        next(&looked),
+        "flexure joint gaps.csv --motor motor_rad --link load_rad --torque torque_Nm --fill 1 --report report.html",
+        "{looked}"
+    );
+    let columns = "--motor motor_rad --link load_rad --torque torque_Nm";
+    let refused = folder.run(&format!("joint gaps.csv {columns}")).stderr;
+    assert!(
+        refused.contains("or say --fill N: gaps of at most N samples are then interpolated"),
+        "{refused}"
+    );
+    let noted = folder
+        .run(&format!("joint gaps.csv {columns} --convert load_rad=rad:rad"))
+        .stderr;
+    assert!(
+        noted.contains("(--fill 1 interpolates the gaps, of at most 1 sample, and uses all)"),
+        "{noted}"
+    );
     folder.done("simulate --preset motor-log -o two.csv");
     assert_eq!(
         next(&folder.done("look two.csv")),
@@ -64,13 +91,19 @@ fn an_axis_is_known_by_names_that_end_in_units() {
     // A current drives a torque.
     let file = flexure_io::read_record(folder.path("plain.csv")).unwrap();
     let column = |name: &str| file.column(name).unwrap().to_vec();
-    let current = [("t", column("t")), ("i_q/A", column("c1")), ("pos_act", column("c2"))];
-    write_record(folder.path("current.csv"), &Record::new(current).unwrap()).unwrap();
-    let looked = folder.done("look current.csv").replace("\n  ", " ");
-    assert!(next(&looked).starts_with("flexure joint current.csv --position pos_act --torque i_q/A "));
+    for torque in ["i_q/A", "I_q"] {
+        let current = [("t", column("t")), (torque, column("c1")), ("pos_act", column("c2"))];
+        write_record(folder.path("current.csv"), &Record::new(current).unwrap()).unwrap();
+        let looked = folder.said("look current.csv");
+        let command = format!("flexure joint current.csv --position pos_act --torque {torque} ");
+        assert!(looked.contains(&command), "{looked}");
+        let note = format!("'{torque}' is a current: add --torque-constant KT, in N m for each A");
+        assert!(looked.contains(&note), "{looked}");
+    }
+    let noted = folder.run("joint current.csv --position pos_act --torque I_q").stderr;
     assert!(
-        looked.contains("'i_q/A' is a current: --torque-constant KT"),
-        "{looked}"
+        noted.contains("'I_q' is a current by its name, and 1 A is taken as 1 N m: --torque-constant gives"),
+        "{noted}"
     );
     // Words that say nothing, beside units that do; the setpoint is no input.
     let log = "t;Sollwert;Istwert;Antrieb\n[s];[deg];[deg];[A]\n".to_owned();

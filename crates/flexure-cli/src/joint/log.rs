@@ -8,11 +8,13 @@ use anyhow::{Result, bail};
 use flexure::text::{exact, shown_path};
 use flexure_io::RecordFile;
 use flexure_workbench::joints::{AxisLog, LaterLog, Log, in_unit};
+use flexure_workbench::look::is_current;
 use flexure_workbench::preparation::{Conversion, conversion};
 
 use super::Arguments;
 use super::axes::AXIS;
 use super::counts::note_of_counts;
+use crate::applied::with_missing;
 use crate::arguments::Usage;
 use crate::output::{print_note, quoted, this_command};
 use crate::reading::with_resampling;
@@ -216,10 +218,11 @@ impl Columns {
         // The gains of a position loop are those of the units in the file.
         let converts = arguments.reference.is_none();
         let scaled = |name: &String, unit: &str, by: f64| -> Result<Vec<f64>> {
-            let (samples, own) = match converts {
-                true => in_unit(file, name, unit)?,
-                false => (file.finite(name)?.to_vec(), None),
+            let read = match converts {
+                true => in_unit(file, name, unit),
+                false => file.finite(name).map(|samples| (samples.to_vec(), None)),
             };
+            let (samples, own) = read.map_err(|error| with_missing(error.into(), "", false))?;
             if let Some(own) = own {
                 print_note(&format!(
                     "note: {}: '{name}' is converted from {own} to {unit}",
@@ -300,20 +303,24 @@ impl Columns {
         Ok(())
     }
 
-    /// Says of torques in A or V that they are taken as torques.
+    /// Says of currents and voltages that they are taken as torques.
     fn note_of_units(&self, file: &RecordFile, arguments: &Arguments) -> Result<()> {
         if arguments.torque_constant.value(file, "torque-constant")? != 1.0 {
             return Ok(());
         }
         let effort = if self.prismatic { "N" } else { "N m" };
         for torque in &self.torque {
-            if let Some(unit @ ("A" | "mA" | "V")) = file.unit(file.meant(torque)) {
-                print_note(&format!(
-                    "note: {}: '{torque}' is in {unit}, and 1 {unit} is taken as 1 {effort}: --torque-constant gives the {effort} for each {unit}; \
-                     without it, multiply inertia, friction and stiffness by that number",
-                    file.name()
-                ));
-            }
+            let unit = file.unit(file.meant(torque));
+            let (seen, unit) = match unit {
+                Some(unit @ ("A" | "mA" | "V")) => (format!("in {unit}"), unit),
+                None if is_current(file.meant(torque), None) => ("a current by its name".to_owned(), "A"),
+                _ => continue,
+            };
+            print_note(&format!(
+                "note: {}: '{torque}' is {seen}, and 1 {unit} is taken as 1 {effort}: --torque-constant gives the {effort} for each {unit}; \
+                 without it, multiply inertia, friction and stiffness by that number",
+                file.name()
+            ));
         }
         Ok(())
     }

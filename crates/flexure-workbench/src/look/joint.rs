@@ -8,7 +8,10 @@ use flexure_io::RecordFile;
 use super::Request;
 use super::joint_columns::{Joint, integration, is_named, joints};
 use super::joint_trial::{Assumed, Failure, trial};
-use super::roles::{Role, is_force_constant, is_prismatic, is_torque, is_torque_constant, role, role_with_unit};
+use super::preparations::{Repair, without_gaps};
+use super::roles::{
+    Role, is_current, is_force_constant, is_prismatic, is_torque, is_torque_constant, role, role_with_unit,
+};
 use super::suggestion::Suggestion;
 use crate::joints::{in_unit, written_ratio};
 use crate::text::{grouped, quoted};
@@ -108,6 +111,19 @@ pub(super) fn suggestion(file: &RecordFile, request: &Request, look: &Look, samp
     }
 }
 
+/// What a record needs before `flexure joint` where the joints' columns miss samples, but time none; otherwise `None`.
+pub(super) fn gaps(file: &RecordFile, request: &Request, look: &Look) -> Option<Repair> {
+    let joints = joints(file, request, look);
+    let is_used = |name: &str| {
+        let of = |joint: &Joint| [Some(joint.torque), Some(joint.position), joint.motor].contains(&Some(name));
+        joints.iter().any(of)
+    };
+    let incomplete = |i: &usize| is_used(&look.columns[*i].name) && look.columns[*i].samples < file.record.len();
+    let columns: Vec<usize> = (0..look.columns.len()).filter(incomplete).collect();
+    let is_even = look.clock.as_ref().is_none_or(|clock| clock.is_uniform);
+    (is_even && !columns.is_empty()).then(|| without_gaps(look, file, &columns))
+}
+
 /// The command for a candidate with what may act on it in addition to the torque, and its fit: the first that comes close, otherwise the closest.
 fn best<'a>(
     tried: &[Joint],
@@ -184,7 +200,7 @@ struct Command<'a> {
     stated: Option<(&'a str, f64)>,
     /// The torques of the other joints.
     others: Vec<String>,
-    /// Whether the torque's column is a current, by its unit.
+    /// Whether the torque's column is a current.
     is_current: bool,
 }
 
@@ -220,7 +236,7 @@ impl<'a> Command<'a> {
             given: request.sample_time,
             stated: file.stated_sample_time(),
             others: Vec::new(),
-            is_current: file.unit(first.torque) == Some("A"),
+            is_current: is_current(first.torque, file.unit(first.torque)),
         };
         match first.motor {
             Some(motor) => command.complete_flexible(file, look, [motor, first.position, first.torque]),
@@ -364,7 +380,7 @@ impl<'a> Command<'a> {
                 false => ("N m", "torque"),
             };
             self.notes.push(format!(
-                "'{}' is a current: --torque-constant KT, in {unit} for each A, makes it a {what}.",
+                "'{}' is a current: add --torque-constant KT, in {unit} for each A, which makes it a {what}.",
                 joint.torque
             ));
         }

@@ -20,6 +20,7 @@ use crate::labels::Labels;
 use preparations::even_behind_stamps;
 
 pub use findings::{Finding, NOTED_JITTER};
+pub use roles::is_current;
 pub use suggestion::Suggestion;
 
 /// What is asked of a record.

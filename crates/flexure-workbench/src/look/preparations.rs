@@ -9,7 +9,7 @@ use flexure_io::RecordFile;
 
 use super::suggestion::Suggestion;
 use super::text::plain;
-use crate::preparation::{Columns, Cut, Preparation};
+use crate::preparation::{Columns, Cut, LONGEST_FILLED, Preparation};
 
 /// A preparation that a record needs, and why.
 pub(super) struct Repair {
@@ -65,9 +65,6 @@ const KNOWN: f64 = 0.01;
 
 /// What stands for the output file of a preparation.
 pub(super) const PREPARED: &str = "prepared.csv";
-
-/// The longest gap that is interpolated before an identification, in samples. Convention.
-const LONGEST_FILLED: usize = 10;
 
 /// The fewest samples without any change that are cut off at the start. Convention.
 const FEWEST_DEAD: usize = 20;

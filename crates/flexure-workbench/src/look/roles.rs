@@ -37,27 +37,29 @@ const TORQUES: [&str; 9] = [
 ];
 
 /// Names of forces, and of signals that drive a torque.
-const DRIVING: [&str; 12] = [
-    "force",
-    "effort",
+const DRIVING: [&str; 6] = ["force", "effort", "voltage", "vir", "motorvoltage", "kraft"];
+
+/// Names of currents, which drive a torque too.
+const CURRENTS: [&str; 10] = [
     "current",
-    "voltage",
-    "vir",
     "motorcurrent",
-    "motorvoltage",
-    "kraft",
+    "currentmotor",
     "strom",
+    "motorstrom",
+    "amps",
     "iq",
     "i",
     "im",
+    "imotor",
 ];
 
 /// Names by their meaning, in lower case, without numbers at their ends.
-const NAMES: [(Role, &[&str]); 9] = [
+const NAMES: [(Role, &[&str]); 10] = [
     (Role::Input, &["u", "in", "input", "excitation"]),
     (Role::Output, &["y", "out", "output", "response"]),
     (Role::Torque, &TORQUES),
     (Role::Torque, &DRIVING),
+    (Role::Torque, &CURRENTS),
     (
         Role::Position,
         &[
@@ -280,6 +282,14 @@ pub fn is_torque(name: &str) -> bool {
     TORQUES.contains(&Quantity::of(without_unit(name)).name.as_str())
 }
 
+/// Whether a column is a current: by its unit, or without one by its name.
+pub fn is_current(name: &str, unit: Option<&str>) -> bool {
+    match unit {
+        Some(unit) => ["A", "mA"].contains(&unit),
+        None => CURRENTS.contains(&Quantity::of(name).name.as_str()),
+    }
+}
+
 /// Whether a name says that a controller aims at the column: `LIC_SP`, `Sollwert`.
 pub fn is_setpoint(name: &str) -> bool {
     let words: Vec<String> = words_of(without_unit(name))
@@ -363,6 +373,16 @@ mod tests {
             ("load", None, None),
         ] {
             assert_eq!(role_with_unit(name, unit), expected, "{name}");
+        }
+        for (name, unit, expected) in [
+            ("I_q", None, true),
+            ("Motor Current 2", None, true),
+            ("i_act", None, true),
+            ("Antrieb", Some("mA"), true),
+            ("iq", Some("Nm"), false),
+            ("effort", None, false),
+        ] {
+            assert_eq!(is_current(name, unit), expected, "{name}");
         }
         assert!(is_torque_constant("gtau") && is_torque_constant("Torque_constant") && !is_torque_constant("kp"));
     }

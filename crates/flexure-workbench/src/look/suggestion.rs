@@ -17,7 +17,7 @@ use super::preparations::{
 };
 use super::roles::is_setpoint;
 use super::signals::{Signals, signals};
-use crate::preparation::Preparation;
+use crate::preparation::{Done, Preparation};
 use crate::text::{capitalised, quoted};
 
 /// With only this number of input levels, a nonlinearity cannot be distinguished from a straight line.
@@ -176,13 +176,18 @@ pub(super) fn suggestion(
             }),
         );
     }
+    if let Some(joint) =
+        joint::gaps(file, request, look).and_then(|repair| joint_at_once(&repair, file, request, look, sample_time))
+    {
+        return (Some(joint.into_another(file)), None);
+    }
     let next = match next(file, request, look, sample_time, look) {
         Ok(next) => next,
         Err(failure) => return (None, Some(failure)),
     };
     let suggestion = next.map(|next| match next {
         Next::Identify(suggestion, _) | Next::Joint(suggestion) | Next::Other(suggestion) => suggestion,
-        Next::Repair(repair) => at_once(&repair, file, request, look).unwrap_or_else(|| repair.command()),
+        Next::Repair(repair) => at_once(&repair, file, request, look, sample_time).unwrap_or_else(|| repair.command()),
     });
     (suggestion.map(|suggestion| suggestion.into_another(file)), None)
 }
@@ -252,15 +257,15 @@ fn next(
     }))
 }
 
-/// The identification with these steps before it, in one command, where what the steps leave can be identified: a look at that says how. Later
-/// records are then prepared as this one is.
-fn at_once(repair: &Repair, file: &RecordFile, request: &Request, look: &Look) -> Option<Suggestion> {
-    let steps = repair.in_one.as_ref().unwrap_or(&repair.steps);
-    if steps.cut.is_some() || (steps.resample.is_some() && request.sample_time.is_some()) {
-        return None;
-    }
+/// What is to be done after these steps, and what they did. The samples then are `sample_time` apart.
+fn after(
+    steps: &Preparation,
+    file: &RecordFile,
+    request: &Request,
+    look: &Look,
+    sample_time: Option<f64>,
+) -> Option<(Result<Option<Next>, Failure>, Vec<Done>)> {
     let time = request.time.map(|(name, _)| name);
-    let sample_time = steps.resample.or(request.sample_time);
     let request = &Request {
         time: time.map(|name| (name, 1.0)),
         ..*request
@@ -269,28 +274,57 @@ fn at_once(repair: &Repair, file: &RecordFile, request: &Request, look: &Look) -
         .filter(|(i, column)| Some(*i) != look.time && column.is_signal())
         .map(|(_, column)| column.name.as_str())
         .collect();
-    let after = |steps: &Preparation| {
-        let (prepared, done) = steps.of_file(file, time, &columns).ok()?;
-        let after = flexure::look::look(&prepared.record, time, sample_time).ok()?;
-        Some((next(&prepared, request, &after, sample_time, look), done))
+    let (prepared, done) = steps.of_file(file, time, &columns).ok()?;
+    let after = flexure::look::look(&prepared.record, time, sample_time).ok()?;
+    Some((next(&prepared, request, &after, sample_time, look), done))
+}
+
+/// The identification of a joint with these steps before it, in one command. A joint needs all samples of its columns.
+fn joint_at_once(
+    repair: &Repair,
+    file: &RecordFile,
+    request: &Request,
+    look: &Look,
+    sample_time: Option<f64>,
+) -> Option<Suggestion> {
+    let steps = repair.in_one.as_ref().unwrap_or(&repair.steps);
+    if joints(file, request, look).is_empty() {
+        return None;
+    }
+    let (Ok(Some(Next::Joint(joint))), _) = after(steps, file, request, look, steps.resample.or(sample_time))? else {
+        return None;
     };
-    // A joint needs all samples of its position.
-    if !joints(file, request, look).is_empty()
-        && let Some((Ok(Some(Next::Joint(joint))), _)) = after(steps)
-    {
-        let steps = steps.only_for(&joint.options);
-        let reasons = [repair.why.clone()].into_iter().chain(repair.notes.clone());
-        return Some(Suggestion {
-            notes: reasons.chain(joint.notes.iter().cloned()).collect(),
-            ..joint.with_steps(&steps, "--report")
-        });
+    let steps = steps.only_for(&joint.options);
+    let reasons = [repair.why.clone()].into_iter().chain(repair.notes.clone());
+    Some(Suggestion {
+        notes: reasons.chain(joint.notes.iter().cloned()).collect(),
+        ..joint.with_steps(&steps, "--report")
+    })
+}
+
+/// The identification with these steps before it, in one command, where what the steps leave can be identified: a look at that says how. Later
+/// records are then prepared as this one is.
+fn at_once(
+    repair: &Repair,
+    file: &RecordFile,
+    request: &Request,
+    look: &Look,
+    sample_time: Option<f64>,
+) -> Option<Suggestion> {
+    let steps = repair.in_one.as_ref().unwrap_or(&repair.steps);
+    if steps.cut.is_some() || (steps.resample.is_some() && request.sample_time.is_some()) {
+        return None;
+    }
+    if let Some(joint) = joint_at_once(repair, file, request, look, sample_time) {
+        return Some(joint);
     }
     let output = signals(request, look).map(|signals| look.columns[signals.output].name.clone());
     let steps = Preparation {
         unfilled: output.into_iter().collect(),
         ..steps.clone()
     };
-    let (Ok(Some(Next::Identify(suggestion, columns))), done) = after(&steps)? else {
+    let known = steps.resample.or(request.sample_time);
+    let (Ok(Some(Next::Identify(suggestion, columns))), done) = after(&steps, file, request, look, known)? else {
         return None;
     };
     let steps = steps.only_for(&columns);

@@ -19,6 +19,7 @@ mod units;
 
 use anyhow::{Context as _, Result, bail};
 use flexure::preparation::{Grid, LONGEST_GAP, LowPass, Outliers};
+use flexure::text::counted;
 use serde_json::{Value, json};
 
 use crate::text::grouped;
@@ -28,6 +29,9 @@ pub use units::conversion;
 
 /// A part without gaps that is shorter than this fraction of the record is not taken for the record. Convention.
 const SHORTEST_PART: usize = 4;
+
+/// The longest gap for which it is suggested to interpolate it before an identification, in samples. Convention.
+pub(crate) const LONGEST_FILLED: usize = 10;
 
 /// Some columns.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -268,18 +272,18 @@ impl Prepared {
     }
 
     /// Cuts off all but the longest part in which no column misses samples, but for the columns `unfilled`. Nothing is cut off where that part is
-    /// short: then gaps are no exception.
-    fn keep_longest_part(&mut self, unfilled: &[String]) {
+    /// short: then gaps are no exception. Says what uses all samples instead, where that is to interpolate a few.
+    fn keep_longest_part(&mut self, steps: &Preparation) {
         let columns = || {
             self.table
                 .columns
                 .iter()
-                .filter(|column| !unfilled.contains(&column.name))
+                .filter(|column| !steps.unfilled.contains(&column.name))
         };
         let is_whole = |i: &usize| columns().all(|column| column.samples[*i].is_finite());
         let samples: Vec<usize> = (0..self.table.len()).collect();
         let parts = samples.chunk_by(|a, b| is_whole(a) == is_whole(b));
-        let parts: Vec<&[usize]> = parts.filter(|part| is_whole(&part[0])).collect();
+        let (parts, gaps): (Vec<&[usize]>, Vec<&[usize]>) = parts.partition(|part| is_whole(&part[0]));
         // The first one of equal length.
         let longest = parts.into_iter().rev().max_by_key(|part| part.len());
         let Some((&first, &last)) = longest.and_then(|part| part.first().zip(part.last())) else {
@@ -289,13 +293,21 @@ impl Prepared {
         if kept == samples.len() || kept < samples.len() / SHORTEST_PART {
             return;
         }
-        let text = format!(
+        let mut text = format!(
             "the longest part without a gap is used, {} of {} samples, from {} to {}",
             grouped(kept),
             grouped(samples.len()),
             self.table.place(first),
             self.table.place(last)
         );
+        let is_inside = |gap: &&[usize]| gap[0] > 0 && gap[gap.len() - 1] + 1 < samples.len();
+        let longest = gaps.iter().map(|gap| gap.len()).max().unwrap_or(0);
+        if longest <= LONGEST_FILLED && gaps.iter().all(is_inside) && steps.resample.is_none() {
+            text.push_str(&format!(
+                " (--fill {longest} interpolates the gaps, of at most {}, and uses all)",
+                counted(longest, "sample")
+            ));
+        }
         self.done.push(Done { step: "cut", text });
         self.table.keep(first..last + 1);
     }

@@ -82,7 +82,7 @@ impl Preparation {
             ..self.clone()
         };
         let mut prepared = preparation.run(vec![table])?;
-        prepared.keep_longest_part(&self.unfilled);
+        prepared.keep_longest_part(self);
         let (record, units) = prepared.table.record_over(name.as_deref().unwrap_or_default())?;
         // Which columns are used is no news.
         let done = prepared.done.into_iter().filter(|done| done.step != "keep");
