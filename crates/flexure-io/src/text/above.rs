@@ -50,6 +50,11 @@ pub(super) fn table_below(head: &[u8], options: &ReadOptions) -> Option<TableBel
         let is_readable = |field: &String| is_number(field) || columns::is_readable(field, options);
         let is_sample = |row: &Vec<String>| numbers.iter().all(|&i| is_readable(&row[i]));
         let is_heading = |row: &Vec<String>| numbers.iter().all(|&i| !is_readable(&row[i]));
+        // Not every column has a unit, nor a name.
+        let texts = |row: &Vec<String>| numbers.iter().filter(|&&i| !is_readable(&row[i])).count();
+        let empty = |row: &Vec<String>| numbers.iter().filter(|&&i| row[i].is_empty()).count();
+        let has_texts_only = |row: &Vec<String>| texts(row) > 0 && texts(row) + empty(row) == numbers.len();
+        let is_mostly_filled = |row: &Vec<String>| texts(row) > empty(row);
         let filled = |row: &Vec<String>| row.iter().rposition(|field| !field.is_empty()).map_or(0, |i| i + 1);
         // A spreadsheet pads the lines above its table.
         let is_short = |row: &Vec<String>| filled(row) <= PADDED && filled(row) + 1 < last.len();
@@ -60,12 +65,11 @@ pub(super) fn table_below(head: &[u8], options: &ReadOptions) -> Option<TableBel
         let others = others.max(padded.checked_sub(1))?;
         let block = &rows[others + 1..];
         let samples = block.iter().rposition(|row| !is_sample(row)).map_or(0, |i| i + 1);
-        let headings = block[..samples]
-            .iter()
-            .rev()
-            .take(HEADINGS)
-            .take_while(|row| is_heading(row))
-            .count();
+        let headings = match &block[..samples] {
+            [.., names, last] if is_heading(names) && has_texts_only(last) => HEADINGS,
+            [.., last] if has_texts_only(last) && is_mostly_filled(last) => 1,
+            _ => 0,
+        };
         let has_lines_before =
             (padded > 0 || rows[0].len() != last.len()) && block.len() - samples + headings >= TABLE_LINES;
         let first = others + 1 + samples - headings;
@@ -81,8 +85,12 @@ pub(super) fn table_below(head: &[u8], options: &ReadOptions) -> Option<TableBel
             && above.last().is_none_or(|last| !are_names(&words(last), block, options))
             && separator.is_some_and(|separator| divides(separator, block));
         let is_sure = has_header || is_below_texts;
+        // A table may have more lines of names than are read.
+        let is_name = |&i: &usize| rows[i].len() == last.len() && has_texts_only(&rows[i]);
+        let named = (others + 1..first).rev().take_while(is_name).last();
+        let begins = named.filter(|_| !is_sure).unwrap_or(first);
         let table = || TableBelow {
-            line: lines[first].number,
+            line: lines[begins].number,
             is_sure,
         };
         let is_divided = is_sure && separator.is_some();
