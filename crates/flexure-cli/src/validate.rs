@@ -95,7 +95,7 @@ fn next(
     if verdict.hidden_by.is_some() {
         return (!switches.robust).then(|| format!("{} --robust", this_command()));
     }
-    if verdict.holds() || verdict.residuals.is_none() {
+    if verdict.holds() || (verdict.residuals.is_none() && verdict.runs_away.is_none()) {
         return None;
     }
     let record = record.display().to_string();

@@ -53,6 +53,9 @@ pub struct FreeRun {
 
 impl FreeRun {
     /// The run from this start; by default the state is estimated from the measured output where there are enough samples.
+    ///
+    /// # Errors
+    /// As [`simulate`].
     pub fn new(
         block: &Block,
         file: &RecordFile,
@@ -60,13 +63,29 @@ impl FreeRun {
         measured: Option<&[f64]>,
         start: Option<Start>,
     ) -> Result<Self> {
-        let output = simulate(block, file, inputs)?;
+        let free = FreeRun::that_may_run_away(block, file, inputs, measured, start)?;
+        check_finite(block, file, inputs, &free.output)?;
+        Ok(free)
+    }
+
+    /// The same where a loop may run away: the output then is NaN from there on.
+    pub fn that_may_run_away(
+        block: &Block,
+        file: &RecordFile,
+        inputs: &[&str],
+        measured: Option<&[f64]>,
+        start: Option<Start>,
+    ) -> Result<Self> {
+        let u = columns(file, inputs)?;
+        let output = block.simulate_from_first(&u)?;
+        if !feeds_back(block) {
+            check_finite(block, file, inputs, &output)?;
+        }
         let estimates = |y: &&[f64]| start.map_or(Start::enough(block, y.len()), |start| start == Start::Estimate);
         let Some(measured) = measured.filter(estimates) else {
             let estimated_from = None;
             return Ok(FreeRun { output, estimated_from });
         };
-        let u = columns(file, inputs)?;
         let state = estimate_initial_state_of_inputs(block, &u, measured).map_err(|error| file.locate(error))?;
         Ok(FreeRun {
             output: state.simulate_inputs(block, &u),
@@ -141,15 +160,25 @@ pub fn columns<'a>(file: &'a RecordFile, inputs: &[&str]) -> Result<Vec<&'a [f64
     inputs.iter().map(|name| Ok(file.finite(name)?)).collect()
 }
 
+/// Why the output of a loop is not finite, and what to do.
+const UNSTABLE: &str = "its loop is not stable under this input: identify it from a record with such inputs, or take another structure \
+     (docs/refused.md)";
+
 /// The free run of a model under the columns `inputs` from the steady state that belongs to the first input.
 ///
 /// # Errors
 /// Those of [`RecordFile::finite`]; names the first sample for which the model has no finite output.
 pub fn simulate(block: &Block, file: &RecordFile, inputs: &[&str]) -> Result<Vec<f64>> {
+    let y = block.simulate_from_first(&columns(file, inputs)?)?;
+    check_finite(block, file, inputs, &y)?;
+    Ok(y)
+}
+
+/// Refuses an output of a model under these inputs that is not finite.
+fn check_finite(block: &Block, file: &RecordFile, inputs: &[&str], y: &[f64]) -> Result<()> {
     let u = columns(file, inputs)?;
-    let y = block.simulate_from_first(&u)?;
     let Some(first) = y.iter().position(|v| !v.is_finite()) else {
-        return Ok(y);
+        return Ok(());
     };
     // A linear part starts from its input's mean, so one unknown value makes the whole output unknown.
     let unknown = |entry: Entry| {
@@ -171,18 +200,17 @@ pub fn simulate(block: &Block, file: &RecordFile, inputs: &[&str]) -> Result<Vec
     };
     let (sample, problem) = entries(block, &u).into_iter().find_map(unknown).unwrap_or_else(|| {
         let names: Vec<String> = inputs.iter().map(|name| format!("column '{name}'")).collect();
-        let why = match feeds_back(block) {
-            true => {
-                ", since it left the range of the fitted data, where its nonlinearity is unknown, and its loop became unstable; identify it from \
-                 a record that covers this range, or try another structure. Also check"
-            }
-            false => "; check",
-        };
-        let problem = format!(
-            "the model's output is {} at sample {first}{why} that {} is in the unit in which the model was identified",
-            y[first],
+        let units = format!(
+            "check that {} is in the unit in which the model was identified",
             joined(&names)
         );
+        let is_inside = Outside::new(block, &u).samples == 0;
+        let why = match (feeds_back(block), is_inside) {
+            (true, true) => format!("; {UNSTABLE}"),
+            (true, false) => format!("; {UNSTABLE}. Also {units}"),
+            (false, _) => format!("; {units}"),
+        };
+        let problem = format!("the model's output is {} at sample {first}{why}", y[first]);
         (first, problem)
     });
     let line = file.line(sample).map_or(String::new(), |line| format!(", line {line}"));

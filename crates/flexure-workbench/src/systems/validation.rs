@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use anyhow::{Result, bail};
 use flexure::error::DataError;
-use flexure::identify::{Verdict, Warning};
+use flexure::identify::{RunsAway, Verdict, Warning};
 use flexure::validation::{FitMeasures, ResidualTest};
 use flexure_io::{ModelFile, RecordFile, RecordMark};
 use serde_json::{Value, json};
@@ -109,7 +109,7 @@ impl Judged {
             false => file.finite(output)?,
         };
         let settling = settling(model);
-        let skip = judging.skip.unwrap_or_else(|| usual_skip(model, y.len()));
+        let mut skip = judging.skip.unwrap_or_else(|| usual_skip(model, y.len()));
         if skip >= y.len() {
             bail!(
                 "{}: leaving out the first {skip} of {} samples leaves nothing to compare",
@@ -118,11 +118,19 @@ impl Judged {
             );
         }
         // Even after the settling time, an unknown initial state may leave more than the noise.
-        let free = FreeRun::new(&model.block, file, inputs, Some(y), judging.initial_state)?;
+        let mut free = FreeRun::that_may_run_away(&model.block, file, inputs, Some(y), judging.initial_state)?;
+        let end = free.output.iter().position(|v| !v.is_finite()).unwrap_or(y.len());
+        let left = (end < y.len()).then(|| leaves(y, &free.output[..end]));
+        if end <= skip {
+            skip = 0;
+        }
         let error = |i: usize| if i < skip { f64::NAN } else { y[i] - free.output[i] };
-        let outliers = standing_alone(&(0..y.len()).map(error).collect::<Vec<f64>>());
+        let outliers = match left {
+            None => standing_alone(&(0..y.len()).map(error).collect::<Vec<f64>>()),
+            Some(_) => Vec::new(),
+        };
         let left_out: HashSet<usize> = outliers.iter().copied().filter(|_| judging.robust).collect();
-        let present: Vec<usize> = (skip..y.len())
+        let present: Vec<usize> = (skip..end)
             .filter(|i| !y[*i].is_nan() && !left_out.contains(i))
             .collect();
         let verdicts = |at: &[usize]| {
@@ -137,8 +145,15 @@ impl Judged {
             let (column, value) = ((*name).to_owned(), u[present[0]]);
             return Err(file.locate(flexure::Error::constant(column, value)).into());
         }
-        let Some(verdict) = Verdict::worst(&judged) else {
+        let Some(verdict) = Verdict::worst(&judged).cloned() else {
             bail!("the model has no input");
+        };
+        let verdict = match left {
+            Some(sample) => verdict.running_away(RunsAway {
+                sample,
+                time: model.sample_time.map(|step| step * sample as f64),
+            }),
+            None => verdict,
         };
         let mark = RecordMark::new(&file.name(), &file.record, &[inputs, &[output]].concat())?;
         let outside = Outside::new(&model.block, &u);
@@ -148,10 +163,12 @@ impl Judged {
             true => verdicts(&within).ok().and_then(|all| Verdict::worst(&all).cloned()),
             false => None,
         };
+        // What comes after would hide the rest of a plot.
+        free.output[left.unwrap_or(end)..].fill(f64::NAN);
         let labels = Labels::new(file);
         Ok(Judged {
             may_have_run_away: !(verdict.measures.fit_percent > 0.0) && model.block.has_unstable_loop(),
-            verdict: verdict.clone(),
+            verdict,
             within: within.filter(|within| within.residuals.is_some()),
             seen: model.was_identified_from(&mark),
             outliers: Outliers {
@@ -190,6 +207,7 @@ impl Judged {
             "initial_state": self.free.start().name(),
             "initial_state_samples": self.free.estimated_from,
             "holds": verdict.holds(),
+            "runs_away_from": verdict.runs_away.map(|runs_away| runs_away.sample),
             "misfit": verdict.misfit(),
             "verdict": self.text(),
             "identified_from_this_record": self.seen,
@@ -218,13 +236,16 @@ impl Judged {
     pub fn summary(&self) -> Lines {
         let (verdict, measures) = (&self.verdict, &self.verdict.measures);
         let mut lines = Lines::new();
+        let answer = verdict.in_short();
         lines.headline(
             summary::tone(verdict),
-            format!(
-                "Fit {} on this record, {}",
-                fit(measures.fit_percent, 2),
-                verdict.in_short()
-            ),
+            match verdict.runs_away {
+                Some(runs_away) => format!(
+                    "On this record, the model {answer}: its simulated output {}",
+                    runs_away.text()
+                ),
+                None => format!("Fit {} on this record, {answer}", fit(measures.fit_percent, 2)),
+            },
         );
         if self.seen {
             lines.warning(
@@ -236,22 +257,8 @@ impl Judged {
             lines.warning(warning.clone());
         }
         lines.sentence(self.text());
-        lines.item(
-            "RMS error",
-            format!(
-                "{} over {} samples, the first {} skipped",
-                with_unit(number(measures.rms), &self.unit),
-                measures.samples,
-                self.skip
-            ),
-        );
-        lines.item("free run", self.free.description());
-        if self.free.took_most() {
-            lines.warning(
-                "the model is so slow that the state at the start depends on most of this record, and was estimated from it: judge the model on a \
-                 longer record, or from the steady state (--initial-state steady)"
-                    .to_owned(),
-            );
+        if verdict.runs_away.is_none() {
+            self.write_run(&mut lines);
         }
         if self.may_have_run_away {
             lines.warning(
@@ -281,6 +288,28 @@ impl Judged {
         lines
     }
 
+    /// The error of the run, and where it starts.
+    fn write_run(&self, lines: &mut Lines) {
+        let measures = &self.verdict.measures;
+        lines.item(
+            "RMS error",
+            format!(
+                "{} over {} samples, the first {} skipped",
+                with_unit(number(measures.rms), &self.unit),
+                measures.samples,
+                self.skip
+            ),
+        );
+        lines.item("free run", self.free.description());
+        if self.free.took_most() {
+            lines.warning(
+                "the model is so slow that the state at the start depends on most of this record, and was estimated from it: judge the model on a \
+                 longer record, or from the steady state (--initial-state steady)"
+                    .to_owned(),
+            );
+        }
+    }
+
     /// The residual tests, one a line.
     fn write_tests(&self, lines: &mut Lines) {
         let verdict = &self.verdict;
@@ -307,6 +336,14 @@ impl Judged {
             }
         }
     }
+}
+
+/// The first sample from which a run that grows without bound stays out of reach of the measured output: farther from its range than this is
+/// wide.
+fn leaves(y: &[f64], run: &[f64]) -> usize {
+    let [low, high] = extent(y.iter().copied().filter(|y| y.is_finite()));
+    let is_near = |v: &f64| (2.0 * low - high..=2.0 * high - low).contains(v);
+    run.iter().rposition(is_near).map_or(0, |last| last + 1)
 }
 
 /// What a test that fails finds, and how much: a misfit as in the verdict's text.

@@ -62,7 +62,7 @@ pub use hammerstein::{
     Calibration, HAMMERSTEIN, HammersteinMethod, PhysicalForm, PlainHammerstein, RefinedHammerstein, RegressionLag,
     ShardPoint, ShardSums, ShardedHammerstein,
 };
-pub use outcome::{Hiding, Verdict};
+pub use outcome::{Hiding, RunsAway, Verdict};
 pub use reference::{DecayPrior, NARX, VOLTERRA};
 pub use registry::structures;
 pub use request::{Options, Progress, Rank, Request, Structure};

@@ -17,6 +17,25 @@ pub struct Verdict {
     pub estimated: Option<Estimated>,
     /// The outliers that hide the rest of the error from the tests, if there are some.
     pub hidden_by: Option<Hiding>,
+    /// Where the free run leaves the measured output for good, if it grows without bound.
+    pub runs_away: Option<RunsAway>,
+}
+
+/// Where a free run leaves the measured output for good.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunsAway {
+    /// The first sample that is out of reach.
+    pub sample: usize,
+    /// Its instant in s, from the first sample on, where the sample time is known.
+    pub time: Option<f64>,
+}
+
+impl RunsAway {
+    /// "runs away from sample 20 (t = 0.2 s)".
+    pub fn text(&self) -> String {
+        let time = self.time.map(|time| format!(" (t = {} s)", text::short(time)));
+        format!("runs away from sample {}{}", self.sample, time.unwrap_or_default())
+    }
 }
 
 /// Samples that stand alone and carry most of the squared error.
@@ -86,6 +105,7 @@ impl Judged {
             residuals: test(&self.errors).ok(),
             estimated,
             hidden_by: self.hidden_by,
+            runs_away: None,
         }
     }
 }
@@ -134,6 +154,16 @@ impl Verdict {
             judged.verdict(test, estimated)
         };
         Ok(tested.iter().map(of).collect())
+    }
+
+    /// The verdict on a model whose free run grows without bound: it does not hold, and no test of its error says more.
+    pub fn running_away(self, runs_away: RunsAway) -> Self {
+        Verdict {
+            residuals: None,
+            hidden_by: None,
+            runs_away: Some(runs_away),
+            ..self
+        }
     }
 
     /// Among several verdicts on one prediction: the one with the largest [misfit](Self::misfit), otherwise the first that does not hold,
@@ -213,6 +243,7 @@ impl Verdict {
     /// The shortest answer, printed after a fit: "holds", "does not hold exactly".
     pub fn in_short(&self) -> &'static str {
         match &self.residuals {
+            _ if self.runs_away.is_some() => "does not hold",
             _ if self.holds() && self.refutation().is_some() => "holds, but for a negligible misfit",
             _ if self.holds() => "holds",
             _ if self.hidden_by.is_some() => "hidden by outliers",
@@ -232,6 +263,7 @@ impl Verdict {
     /// The answer as a heading.
     pub fn headline(&self) -> &'static str {
         match &self.residuals {
+            _ if self.runs_away.is_some() => "The model does not hold: its simulated output runs away",
             _ if self.holds() && self.refutation().is_some() => {
                 "The model holds on fresh data, but for a negligible misfit"
             }
@@ -250,6 +282,13 @@ impl Verdict {
     /// The answer in sentences: how much the model explains, then how large the misfit is, then the test that says so.
     pub fn text(&self) -> String {
         let fit = self.measures.fit_percent;
+        if let Some(runs_away) = self.runs_away {
+            return format!(
+                "The model does not hold: on fresh data its simulated output {}. Its loop is not stable under this input: identify it from a \
+                 record with such inputs, or take another structure.",
+                runs_away.text()
+            );
+        }
         if fit <= 0.0 && self.hidden_by.is_none() {
             return "The model does not hold: on fresh data it predicts no better than a constant, the output's mean."
                 .to_owned();
