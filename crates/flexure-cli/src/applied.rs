@@ -1,6 +1,6 @@
 //! A model on a record: the first step of `predict`, `validate` and `report`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow};
 use flexure::error::DataError;
@@ -52,6 +52,14 @@ pub fn with_missing(error: anyhow::Error, output: &str, is_option: bool) -> anyh
     }
 }
 
+/// The error about an input of a model that a record lacks, where the record can be read without the model's options.
+pub fn lacking(own: &Source, record: &Path, model: &ModelFile, inputs: Option<&str>) -> Option<anyhow::Error> {
+    let file = own.reading.read(record).ok()?;
+    let connected = Connected::of_model(&file, model, inputs, None).ok()?;
+    let missing = connected.inputs().iter().find_map(|name| file.column(name).err());
+    missing.map(Into::into)
+}
+
 /// A model, and the record that it is applied to.
 pub struct Applied {
     /// The model.
@@ -85,7 +93,11 @@ impl ModelOnRecord {
         let model = read_model(&self.model)?;
         let source = self.source.as_of_model(&model, switches.as_deref_mut(), &self.record)?;
         source.check()?;
-        let file = source.reading.read(&self.record)?;
+        let read = source.reading.read(&self.record);
+        let file = read.map_err(|error| {
+            let inputs = self.input.as_deref();
+            lacking(&self.source, &self.record, &model, inputs).unwrap_or(error)
+        })?;
         let connected = Connected::of_model(&file, &model, self.input.as_deref(), self.output.as_deref())?;
         let reading = source.typed_for(&file, &connected.all(), &model);
         let file = source.prepared(file, &connected.all(), &[&connected.output], Some(&model))?;

@@ -6,6 +6,7 @@ use anyhow::Result;
 use flexure_io::{ModelFile, read_model};
 use flexure_workbench::systems::{Compared, ComparedModel, Judging};
 
+use crate::applied::lacking;
 use crate::arguments;
 use crate::columns::Connected;
 use crate::files::{prepare, write_text, wrote};
@@ -66,7 +67,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         None => &arguments.source,
     };
     source.check()?;
-    let file = source.reading.read(record)?;
+    let lacking =
+        |(_, model): &(String, ModelFile)| lacking(&arguments.source, record, model, arguments.input.as_deref());
+    let read = source.reading.read(record);
+    let file = read.map_err(|error| models.iter().find_map(lacking).unwrap_or(error))?;
     let connected = |model: &ModelFile| {
         let (input, output) = (arguments.input.as_deref(), arguments.output.as_deref());
         Connected::of_model(&file, model, input, output)

@@ -180,4 +180,14 @@ fn lines_before_the_table_are_skipped_only_where_there_are_any() {
     let tidy = folder.json("validate model.json tidy.csv");
     assert_eq!(tidy["holds"], true);
     assert_eq!(folder.json("validate model.json tidy.csv --skip-lines 0"), tidy);
+    // Another log that does not read in that way lacks the model's columns in the first place.
+    let rows = text("drive,stage", &["u", "y"], 300).replace('\n', ",open\n");
+    folder.write("other.csv", rows);
+    for command in ["validate model.json other.csv", "compare model.json other.csv"] {
+        let refused = folder.run(command).stderr;
+        assert!(
+            refused.ends_with("error: other.csv: no column 'u'; the columns are: drive, stage\n"),
+            "{refused}"
+        );
+    }
 }
