@@ -175,9 +175,12 @@ fn names<'a>(units: impl IntoIterator<Item = &'a Unit>) -> String {
 /// # Errors
 /// For a unit that is not known, with the list; for units of different quantities, with those that fit.
 pub fn conversion(from: &str, to: &str) -> Result<impl Fn(f64) -> f64> {
-    let known = |name: &str| match find(name) {
-        Some(found) => Ok(found),
-        None => bail!(
+    let known = |name: &str| match (find(name), name.rsplit_once('/')) {
+        (Some(found), _) => Ok(found),
+        (None, Some((whole, counts))) if plain(whole) == "rev" => bail!(
+            "the unit {name} needs a number: put the number of counts of a revolution in place of {counts}, as in rev/4096"
+        ),
+        (None, _) => bail!(
             "the unit {name} is not known; the units are: {}; or one of them divided by a number, such as rev/4096",
             names(QUANTITIES.iter().copied().flatten())
         ),
@@ -281,6 +284,10 @@ mod tests {
         assert!(
             unknown.starts_with("the unit furlong is not known; the units are: rad, mrad, deg,"),
             "{unknown}"
+        );
+        assert_eq!(
+            message("rev/N", "rad"),
+            "the unit rev/N needs a number: put the number of counts of a revolution in place of N, as in rev/4096"
         );
     }
 }
