@@ -139,6 +139,23 @@ fn the_first_column_of_a_file_without_names_may_have_the_instants() {
 }
 
 #[test]
+fn a_clock_whose_numbers_do_not_show_it_is_named() {
+    let folder = Folder::new();
+    log(&folder, "stamps.csv", "timestamp_us,u,y\n", |k, u, y| {
+        format!("{},{u},{y}", 1_760_000_000_000_000_u64 + 10_000 * k as u64)
+    });
+    let looked = folder.done("look stamps.csv");
+    assert!(
+        looked.contains("'timestamp_us' has the sample instants, in units of 1e-6 s."),
+        "{looked}"
+    );
+    log(&folder, "plain.csv", "t,u,y\n", |k, u, y| {
+        format!("{},{u},{y}", 0.01 * k as f64)
+    });
+    assert!(!folder.done("look plain.csv").contains("sample instants"));
+}
+
+#[test]
 fn a_constant_column_is_no_signal() {
     let folder = Folder::new();
     log(&folder, "constant.csv", "t,enable,u,y\n", |k, u, y| {

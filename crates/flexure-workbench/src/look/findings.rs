@@ -1,7 +1,7 @@
 //! What is worth knowing about a record, in sentences.
 
 use flexure::look::{Clock, Column, ColumnRelation, Look, Relation, Stop};
-use flexure::text::{capitalised, counted, number, short};
+use flexure::text::{capitalised, counted, exact, number, short};
 use flexure_io::RecordFile;
 
 use super::preparations::{even_behind_stamps, parts};
@@ -104,6 +104,14 @@ impl List<'_> {
             self.warn(format!("'{name}' should have the instants, but does not increase: name another column by --time, or say the time between two samples by --sample-time."));
             return;
         };
+        let [least, greatest] = [look.columns[time].least, look.columns[time].greatest].map(number);
+        if seconds != 1.0 || least == greatest {
+            let unit = match seconds < 0.01 {
+                true => format!("{seconds:e}"),
+                false => exact(seconds),
+            };
+            self.note(format!("'{name}' has the sample instants, in units of {unit} s."));
+        }
         if clock.missing > 0 {
             self.warn(format!("'{name}' lacks {}.", counted(clock.missing, "instant")));
         }
