@@ -134,8 +134,12 @@ fn not_identifiable(parameter: &Parameter) -> String {
 fn possible_values(parameter: &Parameter, unit: &str) -> String {
     let [low, high] = parameter.range;
     let symbol = &parameter.symbol;
+    let rough = |v: f64| match v == 0.0 || (1e-3..1e5).contains(&v.abs()) {
+        true => digits(v, 3),
+        false => format!("{v:.1e}"),
+    };
     match (low.is_finite(), high.is_finite()) {
-        (true, true) => format!("; {symbol} may be {} to {} {unit}", digits(low, 3), digits(high, 3)),
+        (true, true) => format!("; {symbol} may be {} to {} {unit}", rough(low), rough(high)),
         (true, false) => format!("; {symbol} may be any value above {} {unit}", number(low)),
         (false, true) => format!("; {symbol} may be any value below {} {unit}", number(high)),
         (false, false) if parameter.standard_error.is_finite() => String::new(),
@@ -342,4 +346,28 @@ pub fn constants(arm: &TwoLinkArm) -> [Constant; 3] {
 /// Text of the terminal with the signs of a page.
 pub fn typeset(text: &str) -> String {
     text.replace("^2", "²").replace("^3", "³")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wide_ranges_have_few_digits() {
+        let parameter = |range| Parameter {
+            symbol: "asw".to_owned(),
+            unit: [0, -2],
+            value: 1.0,
+            standard_error: f64::NAN,
+            identifiable: false,
+            range,
+            remark: String::new(),
+        };
+        for (range, expected) in [
+            ([-3_402_074.3, 7_978_760.1], "; asw may be -3.4e6 to 8.0e6 1/rad^2"),
+            ([-223.4, 0.0], "; asw may be -223 to 0 1/rad^2"),
+        ] {
+            assert_eq!(possible_values(&parameter(range), "1/rad^2"), expected);
+        }
+    }
 }
