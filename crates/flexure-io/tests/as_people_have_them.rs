@@ -190,14 +190,14 @@ fn an_oscilloscope_with_settings_before_the_table() {
 fn below_settings_a_column_may_have_no_unit_or_no_name() {
     let settings = "Model\tDSO-X\nSerial\tMY58\n\n";
     let samples = "0\t1.5\t0\n10\t2.5\t1\n20\t3.5\t2\n";
-    let file = read("unit", &format!("{settings}Time\tu\ty\n(ms)\t(V)\t\n{samples}"));
+    let file = read("unit", format!("{settings}Time\tu\ty\n(ms)\t(V)\t\n{samples}"));
     assert_log(&file, &["Time", "u", "y"]);
     assert_eq!(file.units, [Some("ms".to_owned()), Some("V".to_owned()), None]);
-    let file = read("name", &format!("{settings}\tu\ty\n{samples}"));
+    let file = read("name", format!("{settings}\tu\ty\n{samples}"));
     assert_eq!(file.record.names(), ["c0", "u", "y"]);
     // Of three lines above the samples, the first is where the table begins.
     let texts = "Time\tu\ty\n(ms)\t(V)\t(mm)\nclock\tcommand\tlaser\n";
-    let advice = refused("three", &format!("{settings}{texts}{samples}"));
+    let advice = refused("three", format!("{settings}{texts}{samples}"));
     assert!(
         advice.ends_with("if the table begins on line 4, say --skip-lines 3"),
         "{advice}"

@@ -264,7 +264,7 @@ fn after(
     request: &Request,
     look: &Look,
     sample_time: Option<f64>,
-) -> Option<(Result<Option<Next>, Failure>, Vec<Done>)> {
+) -> Option<(Next, Vec<Done>)> {
     let time = request.time.map(|(name, _)| name);
     let request = &Request {
         time: time.map(|name| (name, 1.0)),
@@ -276,7 +276,7 @@ fn after(
         .collect();
     let (prepared, done) = steps.of_file(file, time, &columns).ok()?;
     let after = flexure::look::look(&prepared.record, time, sample_time).ok()?;
-    Some((next(&prepared, request, &after, sample_time, look), done))
+    Some((next(&prepared, request, &after, sample_time, look).ok()??, done))
 }
 
 /// The identification of a joint with these steps before it, in one command. A joint needs all samples of its columns.
@@ -291,7 +291,7 @@ fn joint_at_once(
     if joints(file, request, look).is_empty() {
         return None;
     }
-    let (Ok(Some(Next::Joint(joint))), _) = after(steps, file, request, look, steps.resample.or(sample_time))? else {
+    let (Next::Joint(joint), _) = after(steps, file, request, look, steps.resample.or(sample_time))? else {
         return None;
     };
     let steps = steps.only_for(&joint.options);
@@ -324,7 +324,7 @@ fn at_once(
         ..steps.clone()
     };
     let known = steps.resample.or(request.sample_time);
-    let (Ok(Some(Next::Identify(suggestion, columns))), done) = after(&steps, file, request, look, known)? else {
+    let (Next::Identify(suggestion, columns), done) = after(&steps, file, request, look, known)? else {
         return None;
     };
     let steps = steps.only_for(&columns);
