@@ -271,7 +271,7 @@ pub fn write_axis(axis: &FlexibleAxis, link: &str, motion: Option<&Motion>, torq
     let of_motor = axis.motor_friction.iter().map(|curve| ("friction at the motor", curve));
     let curves = [("stiffness", &axis.stiffness), ("friction", &axis.link.friction)];
     for (what, curve) in curves.into_iter().chain(of_motor) {
-        let heading = format!("Forms of the {what}, each by itself");
+        let heading = format!("Forms of the {what}, each in turn");
         write_others(&heading, &curve.by_bic(), &units, lines);
     }
     write_findings(&axis.link.findings, lines);

@@ -177,11 +177,16 @@ fn joint_curves(axis: &FlexibleAxis, of: &str) -> Vec<JointCurve> {
     if !known {
         elastic.push_str(" The stiffness, torque over deflection, is not drawn: its band is wide everywhere.");
     }
+    let windup = match stiffness.form.has_windup() {
+        true => " The dip at zero is a soft wind-up.",
+        false => "",
+    };
     let stiffness_curve = known.then(|| {
         JointCurve::new(
             format!("Stiffness{of}"),
-            "The stiffness k(d) = κ(d)/d with its band. A dip at zero is a soft wind-up. Where the torque is too small to tell, \
-             nothing is drawn.",
+            format!(
+                "The stiffness k(d) = κ(d)/d with its band.{windup} Where the torque is too small to tell, nothing is drawn."
+            ),
             secant,
             Scatter::default(),
         )

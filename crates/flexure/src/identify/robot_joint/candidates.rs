@@ -1,7 +1,7 @@
 //! The candidate forms of stiffness and friction: the starts of their searches, and which of them an arm can have.
 
 use super::forms::{FormName, is_possible_friction};
-use super::limits::{REFUTED, START_SLOPES, START_STRIBECK_VELOCITIES, START_WINDUP_WIDTHS};
+use super::limits::{START_SLOPES, START_STRIBECK_VELOCITIES, START_WINDUP_WIDTHS};
 use super::outcome::Fitted;
 use super::system::{Curve, CurveKind};
 use crate::quantiles::NORMAL_95;
@@ -67,7 +67,7 @@ pub(super) fn stiffness_of_an_arm(forms: &[Fitted]) -> Option<&Fitted> {
         let factor = |s: &str| f.parameter(s).map_or(0.0, |p| p.value);
         factor("a2") > 0.0 && factor("a1") >= 0.0 && (0.0..factor("a2")).contains(&factor("ksw"))
     };
-    let chosen = best(forms, |f| possible(f) && f.lack_of_fit.p_value > REFUTED)
+    let chosen = best(forms, |f| possible(f) && f.stands())
         .or_else(|| best(forms, possible))
         .or_else(|| forms.first())?;
     // An undetermined cubic term must not make the wind-up look more certain.
@@ -110,7 +110,7 @@ pub(super) fn friction_of_an_arm(forms: &[Fitted], simple: bool) -> Option<&Fitt
 /// Leaves out a form whose rise of the friction at slow motion (Stribeck) the data do not show, neither its height nor its width, where the
 /// form without it stands: it would only fit noise.
 pub(super) fn without_unseen_rise(mut forms: Vec<Fitted>) -> Vec<Fitted> {
-    let stands = |form: FormName| forms.iter().any(|f| f.form == form && f.lack_of_fit.p_value > REFUTED);
+    let stands = |form: FormName| forms.iter().any(|f| f.form == form && f.stands());
     let [plain, directed] = [FormName::CoulombViscous, FormName::DirectedViscous].map(stands);
     let is_unseen = |f: &Fitted| {
         ["Fs", "vs"]

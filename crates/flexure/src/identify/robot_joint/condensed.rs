@@ -28,8 +28,8 @@ use crate::parallel;
 pub(super) struct FormedCurve<'a> {
     pub terms: Vec<Term>,
     pub curve: &'a Curve<'a>,
-    /// The splines that are added to the form in its test.
-    pub beside: &'a Splines,
+    /// The splines that are added to the form in the test; `None` for a form that is not tested.
+    pub beside: Option<&'a Splines>,
 }
 
 impl FormedCurve<'_> {

@@ -49,7 +49,7 @@ fn the_minimum_is_that_of_the_equations() {
         curves: vec![FormedCurve {
             terms: FormName::SmoothCoulomb.terms(false),
             curve: &curve,
-            beside: &beside,
+            beside: Some(&beside),
         }],
         modulation: &modulation,
     };

@@ -188,11 +188,13 @@ impl<'a> FormEquations<'a> {
         fitted.collect()
     }
 
-    /// What the splines of all curves explain beside their forms.
+    /// What the splines of the tested curves explain beside their forms.
     fn departure(&self, equations: &Equations, solution: &Solution) -> Option<Departure> {
         let (mut beside, mut noisy) = (Vec::new(), Vec::new());
         for formed in &self.curves {
-            let (curve, Splines { basis, lines }) = (formed.curve, formed.beside);
+            let (curve, Some(Splines { basis, lines })) = (formed.curve, formed.beside) else {
+                continue;
+            };
             let first = equations.columns.len() + beside.len();
             beside.extend(lines.iter().map(|lines| curve.column(lines, 1.0)));
             noisy.extend(curve.noisy(|| basis.slopes(self.modulation, curve.x), |k| first + k, None));

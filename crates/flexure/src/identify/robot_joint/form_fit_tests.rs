@@ -40,7 +40,7 @@ fn friction_alone<'a>(curve: &'a Curve<'a>, beside: &'a Splines, modulation: &'a
         curves: vec![FormedCurve {
             terms: FormName::SmoothStribeck.terms(false),
             curve,
-            beside,
+            beside: Some(beside),
         }],
         modulation,
     }

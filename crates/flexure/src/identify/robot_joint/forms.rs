@@ -179,6 +179,11 @@ impl FormName {
         )
     }
 
+    /// Whether it is a form of stiffness with a soft wind-up.
+    pub fn has_windup(self) -> bool {
+        matches!(self, FormName::LinearWindup | FormName::Windup)
+    }
+
     /// Whether it is a form of friction that an arm can have, (12) or a part of it.
     pub(super) fn is_smooth(self) -> bool {
         matches!(

@@ -17,6 +17,15 @@ use crate::parallel;
 struct Formed {
     curve: usize,
     terms: Vec<Term>,
+    /// Whether the form is tested.
+    tested: bool,
+}
+
+impl Formed {
+    fn new(curve: usize, terms: Vec<Term>) -> Self {
+        let tested = true;
+        Formed { curve, terms, tested }
+    }
 }
 
 /// The place of a flexible joint in equations of motion.
@@ -77,10 +86,10 @@ impl<'a> FreeOutcome<'a> {
                     .extend(splines.lines.iter().map(|lines| curve.column(lines, 1.0)));
             }
         }
-        let formed = formed.into_iter().map(|Formed { curve, terms }| FormedCurve {
+        let formed = formed.into_iter().map(|Formed { curve, terms, tested }| FormedCurve {
             terms,
             curve: &curves[curve],
-            beside: &self.curves.tested[curve],
+            beside: tested.then(|| &self.curves.tested[curve]),
         });
         FormEquations {
             fixed,
@@ -92,12 +101,7 @@ impl<'a> FreeOutcome<'a> {
     /// All forms of these curves, each curve with all others free.
     pub fn forms(&self, curves: &[FreeCurve]) -> Vec<Vec<Fitted>> {
         let condensed = parallel::batch(curves, |free| {
-            let terms = Vec::new();
-            self.equations(vec![Formed {
-                curve: free.curve,
-                terms,
-            }])
-            .condensed()
+            self.equations(vec![Formed::new(free.curve, Vec::new())]).condensed()
         });
         let jobs: Vec<(usize, FormStart)> = (0..curves.len())
             .flat_map(|i| {
@@ -109,10 +113,7 @@ impl<'a> FreeOutcome<'a> {
         let fits = parallel::batch(&jobs, |(i, candidate)| {
             let free = &curves[*i];
             let terms = candidate.form.terms(free.offset);
-            let equations = self.equations(vec![Formed {
-                curve: free.curve,
-                terms,
-            }]);
+            let equations = self.equations(vec![Formed::new(free.curve, terms)]);
             let fit = equations.fit(condensed[*i].as_ref()?, &candidate.starts)?;
             let place = Place {
                 in_fit: 0,
@@ -126,7 +127,7 @@ impl<'a> FreeOutcome<'a> {
         forms
     }
 
-    /// The forms of the joints' curves, each with all other curves free.
+    /// The forms of the joints' curves, each with all other curves free; those of a stiffness beside frictions in forms where that is better.
     pub fn forms_of<const N: usize>(&self, joints: &[JointPlace; N]) -> [JointForms; N] {
         let free = |curve, inertia| FreeCurve {
             curve,
@@ -142,11 +143,61 @@ impl<'a> FreeOutcome<'a> {
         let curves: Vec<FreeCurve> = joints.iter().flat_map(of_joint).collect();
         let mut forms = self.forms(&curves).into_iter();
         let mut next = || forms.next().unwrap_or_default();
-        joints.each_ref().map(|joint| JointForms {
-            stiffness: next(),
-            friction: next(),
-            motor_friction: joint.motor_friction.map_or_else(Vec::new, |_| next()),
+        joints.each_ref().map(|joint| {
+            let mut forms = JointForms {
+                stiffness: next(),
+                friction: next(),
+                motor_friction: joint.motor_friction.map_or_else(Vec::new, |_| next()),
+            };
+            if let Some(stiffness) = self.stiffness_beside_frictions(joint, &forms) {
+                forms.stiffness = stiffness;
+            }
+            forms
         })
+    }
+
+    /// The forms of the stiffness beside frictions in forms, if free frictions leave a wind-up or refute all forms, and forms of the frictions
+    /// make the smallest BIC smaller; otherwise `None`.
+    ///
+    /// A free friction is wrong where it turns faster than velocities are resolved. While the link hardly moves, friction and spring
+    /// balance, so the error looks like a dip of the spring.
+    fn stiffness_beside_frictions(&self, joint: &JointPlace, forms: &JointForms) -> Option<Vec<Fitted>> {
+        let alone = stiffness_of_an_arm(&forms.stiffness)?;
+        if alone.stands() && !alone.form.has_windup() {
+            return None;
+        }
+        let mut frictions = vec![(joint.friction, friction_of_an_arm(&forms.friction, false)?)];
+        if let Some(curve) = joint.motor_friction {
+            frictions.push((curve, friction_of_an_arm(&forms.motor_friction, false)?));
+        }
+        let beside = |terms: Vec<Term>| {
+            let of_frictions = frictions.iter().map(|(curve, friction)| Formed {
+                curve: *curve,
+                terms: friction.form.terms(false),
+                tested: false,
+            });
+            let stiffness = Formed::new(joint.stiffness, terms);
+            self.equations([stiffness].into_iter().chain(of_frictions).collect())
+        };
+        let condensed = beside(Vec::new()).condensed()?;
+        let logs: Vec<f64> = frictions
+            .iter()
+            .flat_map(|(_, f)| f.curve.logs.iter().copied())
+            .collect();
+        let place = Place {
+            in_fit: 0,
+            curve: joint.stiffness,
+            inertia: None,
+        };
+        let candidates = candidates(&self.system.curves[joint.stiffness]);
+        let fits = parallel::batch(&candidates, |candidate| {
+            let starts = candidate.starts.iter().map(|start| [&start[..], &logs].concat());
+            let fit = beside(candidate.form.terms(false)).fit(&condensed, &starts.collect::<Vec<_>>())?;
+            Some(fitted(candidate.form, &fit, place, self))
+        });
+        let beside: Vec<Fitted> = fits.into_iter().flatten().collect();
+        let better = stiffness_of_an_arm(&beside).is_some_and(|form| form.bic < alone.bic);
+        better.then_some(beside)
     }
 
     /// All curves in the forms that an arm can have, in all equations.
@@ -177,10 +228,7 @@ impl<'a> FreeOutcome<'a> {
         }
         let chosen: Vec<&Fitted> = chosen.into_iter().collect::<Option<_>>()?;
         let formed = |curves: &[usize]| -> Vec<Formed> {
-            let of = |&curve: &usize| Formed {
-                curve,
-                terms: chosen[curve].form.terms(false),
-            };
+            let of = |&curve: &usize| Formed::new(curve, chosen[curve].form.terms(false));
             curves.iter().map(of).collect()
         };
         let logs = |curves: &[usize]| -> Vec<f64> {

@@ -13,8 +13,9 @@
 //! weights. They are tested against added splines of a fixed division; a form whose lack of fit has p < [`REFUTED`] is refuted.
 //!
 //! Each form is fitted while all other curves are free, from many starts, in equations condensed to inner products; a parameter is reported
-//! as not identifiable if, by the likelihood's profile, values far away fit as well. The test for lack of fit and all standard errors allow
-//! for noise with another spectrum than the weights; the standard errors also allow for noise in bursts.
+//! as not identifiable if, by the likelihood's profile, values far away fit as well. Where free frictions leave the spring a wind-up or refute
+//! all its forms, its forms are fitted beside frictions in forms, if Schwarz's criterion prefers that. The test for lack of fit and all
+//! standard errors allow for noise with another spectrum than the weights; the standard errors also allow for noise in bursts.
 //!
 //! A joint is flexible if the torque explains a deflection of three times the encoders' noise, beyond the effect of an offset of their
 //! clocks. A torque that stands still at its extremes, with noise or without, is clipped: the estimates then have no standard error.

@@ -116,6 +116,11 @@ impl Fitted {
         self.curve.value(x)
     }
 
+    /// Whether the test does not refute the form.
+    pub fn stands(&self) -> bool {
+        self.lack_of_fit.p_value >= REFUTED
+    }
+
     /// The parameter of this symbol.
     pub fn parameter(&self, symbol: &str) -> Option<&Parameter> {
         self.parameters.iter().find(|p| p.symbol == symbol)
@@ -210,7 +215,8 @@ impl Doubt {
 pub struct IdentifiedCurve {
     /// The curve as a torque over the velocities or deflections visited, with its band.
     pub band: Band,
-    /// The physical forms, each fitted while all other curves are free.
+    /// The physical forms, each fitted while all other curves are free; of a stiffness beside frictions in forms, where a free friction would give
+    /// the spring a dip that it does not have.
     pub forms: Vec<Fitted>,
     /// The one with the smallest BIC.
     pub best: usize,
@@ -228,12 +234,13 @@ impl IdentifiedCurve {
 
     /// The form with the fewest parameters of those that are not refuted, then with the smallest BIC; that with the smallest BIC if all are refuted.
     pub(super) fn simplest(&self) -> &Fitted {
-        let fits = |form: &&Fitted| form.lack_of_fit.p_value >= REFUTED;
         let order = |a: &&Fitted, b: &&Fitted| {
             let by_parameters = a.parameters.len().cmp(&b.parameters.len());
             by_parameters.then(a.bic.total_cmp(&b.bic))
         };
-        self.forms.iter().filter(fits).min_by(order).unwrap_or(self.best())
+        (self.forms.iter().filter(|form| form.stands()))
+            .min_by(order)
+            .unwrap_or(self.best())
     }
 
     /// The forms, smallest BIC first.
