@@ -4,8 +4,9 @@
 mod simulated;
 
 use flexure::bands::Band;
-use flexure::identify::robot_joint::{Effect, FlexibleAxis, FlexibleJoint, IdentifiedJoint};
-use simulated::{FAMILIES, Family, NOISES, recording};
+use flexure::identify::robot_joint::{Effect, FlexibleAxis, FlexibleJoint, FormName, IdentifiedJoint};
+use flexure::manipulator::{Friction, Stiffness};
+use simulated::{FAMILIES, Family, Joint, JointLog, NOISES, Recording, recording};
 
 fn family(name: &str) -> &'static Family {
     FAMILIES.iter().find(|family| family.name == name).unwrap()
@@ -14,6 +15,10 @@ fn family(name: &str) -> &'static Family {
 fn identified(family: &Family) -> FlexibleAxis {
     let noise = NOISES.iter().find(|noise| noise.name == "middle").unwrap();
     let log = family.joint.log(&recording(noise), 100).unwrap();
+    identified_log(&log, family.name)
+}
+
+fn identified_log(log: &JointLog, name: &str) -> FlexibleAxis {
     let joint = FlexibleJoint {
         motor: &log.motor,
         link: &log.link,
@@ -25,7 +30,7 @@ fn identified(family: &Family) -> FlexibleAxis {
     };
     match joint.identify().unwrap() {
         IdentifiedJoint::Flexible(axis) => *axis,
-        IdentifiedJoint::Rigid(axis) => panic!("{}: {:?}", family.name, axis.findings),
+        IdentifiedJoint::Rigid(axis) => panic!("{name}: {:?}", axis.findings),
     }
 }
 
@@ -101,4 +106,40 @@ fn hysteresis_is_named_and_does_not_move_the_inertias() {
         "{link:?}"
     );
     assert!(axis.link.findings.iter().any(|f| f.to_string().contains("hysteresis")));
+}
+
+/// Frictions that turn within 2 mrad/s hold the link against the spring whenever it stops. With free frictions the linear spring got a wind-up,
+/// whose BIC was smaller by 312.
+#[test]
+fn a_linear_spring_beside_steep_frictions_has_no_wind_up() {
+    let steep = |coulomb, viscous| Friction([0.0, 0.0, 0.0, coulomb, 500.0, viscous]);
+    let joint = Joint {
+        link_inertia: 2.0,
+        damping: 3.0,
+        stiffness: Stiffness {
+            linear: 4200.0,
+            cubic: 0.0,
+            ..family("plain").joint.stiffness
+        },
+        motor_friction: steep(9.0, 14.0),
+        link_friction: steep(2.0, 1.0),
+        ..family("plain").joint
+    };
+    let recording = Recording {
+        seconds: 10.0,
+        sample_time: 0.001,
+        amplitude: 1.0,
+        band: [0.05, 0.8],
+        stops: 1.0,
+        dither: 10.0,
+        encoders: 3e-6,
+        torque: 0.2,
+    };
+    let axis = identified_log(&joint.log(&recording, 1).unwrap(), "steep");
+    let best = axis.stiffness.best();
+    assert_eq!(best.form, FormName::LinearStiffness);
+    assert!(best.stands(), "{:?}", best.lack_of_fit);
+    let a2 = best.parameter("a2").unwrap();
+    assert!((a2.value - 4200.0).abs() < 3.0 * a2.standard_error, "{a2:?}");
+    assert_eq!(axis.model.stiffness.form, FormName::LinearStiffness);
 }

@@ -90,6 +90,10 @@ pub struct Recording {
     pub amplitude: f64,
     /// The frequencies of the reference, Hz.
     pub band: [f64; 2],
+    /// How often the reference stops for a moment, Hz; 0 for never.
+    pub stops: f64,
+    /// The largest torque of a multisine from 3 to 25 Hz that is added to the loop's, N m.
+    pub dither: f64,
     /// The standard deviation of the encoders' noise, rad.
     pub encoders: f64,
     /// The standard deviation of the torque's noise, N m.
@@ -153,10 +157,18 @@ impl Joint {
             sample_time,
             amplitude,
             band: [low, high],
+            stops,
+            dither,
             ..
         } = *recording;
         let samples = (seconds / sample_time).round() as usize;
-        let reference = multisine(samples, sample_time, amplitude, low, high, Phases::Random { seed })?;
+        let random = |seed| Phases::Random { seed };
+        let even = multisine(samples, sample_time, amplitude, low, high, random(seed))?;
+        let reference = stopping(&even, stops * sample_time);
+        let dithered = match dither > 0.0 {
+            true => multisine(samples, sample_time, dither, 3.0, 25.0, random(seed ^ 0xd17))?,
+            false => vec![0.0; samples],
+        };
         let h = sample_time / STEPS as f64;
         let behind = (self.late / h).round() as usize;
         let mut past = std::collections::VecDeque::from(vec![0.0; behind + 1]);
@@ -175,7 +187,8 @@ impl Joint {
         for (i, r) in reference.iter().enumerate() {
             let before = reference[i.saturating_sub(1)];
             // A position loop with gains proportional to the motor's inertia.
-            let torque = self.motor_inertia * (400.0 * (r - x[0]) + 40.0 * ((r - before) / sample_time - x[2]));
+            let torque =
+                self.motor_inertia * (400.0 * (r - x[0]) + 40.0 * ((r - before) / sample_time - x[2])) + dithered[i];
             log.motor.push(x[0] + noise(recording.encoders));
             log.link.push(past[0] + noise(recording.encoders));
             log.torque.push(torque + noise(recording.torque));
@@ -187,6 +200,23 @@ impl Joint {
         }
         Ok(log)
     }
+}
+
+/// A reference whose time stands still for a moment, this often a sample: $t - \sin(2 \pi f t) / (2 \pi f)$.
+fn stopping(reference: &[f64], frequency: f64) -> Vec<f64> {
+    let omega = std::f64::consts::TAU * frequency;
+    let at = |i: usize| {
+        let t = if omega > 0.0 {
+            i as f64 - (omega * i as f64).sin() / omega
+        } else {
+            i as f64
+        };
+        let t = t.clamp(0.0, (reference.len() - 1) as f64);
+        let before = (t as usize).min(reference.len().saturating_sub(2));
+        let share = t - before as f64;
+        (1.0 - share) * reference[before] + share * reference[before + 1]
+    };
+    (0..reference.len()).map(at).collect()
 }
 
 /// A kind of joint, with its effects in addition to inertias, a spring and friction at the link.
@@ -230,6 +260,8 @@ pub fn recording(noise: &Noise) -> Recording {
         sample_time: 0.002,
         amplitude: 0.5,
         band: [0.05, 1.5],
+        stops: 0.0,
+        dither: 0.0,
         encoders: noise.encoders,
         torque: noise.torque,
     }

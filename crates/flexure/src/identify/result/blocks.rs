@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use super::flats::flats;
 use crate::linear::TransferFunction;
 use crate::model::{FeedbackModel, LoopInput, LoopOutput, NarxModel, VolterraModel};
 use crate::nonlinearity::{Curve, Surface};
@@ -272,11 +273,12 @@ impl StaticBlock {
         let [low, high] = [self.breakpoints.first(), self.breakpoints.last()].map(|x| x.copied().unwrap_or_default());
         let range = high - low;
         self.description = format!(
-            "cubic spline of {} on [{}, {}]{}",
+            "cubic spline of {} on [{}, {}]{}{}",
             counted(self.pieces(), "piece"),
             end(low, range),
             end(high, range),
-            places(&self.kinks, &self.kink_errors, range)
+            places(&self.kinks, &self.kink_errors, range),
+            flats(self.curve.x(), self.curve.y(), [low, high])
         );
     }
 

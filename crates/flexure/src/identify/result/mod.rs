@@ -5,6 +5,7 @@
 
 mod blocks;
 mod detail;
+mod flats;
 mod regions;
 mod value;
 
