@@ -59,6 +59,24 @@ fn a_model_that_runs_away_on_a_record_does_not_hold_there() {
         compared.contains("below 0 %") && compared.contains("does not hold"),
         "{compared}"
     );
+    // It runs away before the other samples tell anything: still a verdict, on the samples that were asked for.
+    let late = log(3.0)
+        .lines()
+        .enumerate()
+        .fold(String::new(), |text, (i, row)| match i {
+            1..500 => format!("{text}{:.2},4,0\n", 0.01 * (i - 1) as f64),
+            _ => format!("{text}{row}\n"),
+        });
+    folder.write("late.csv", late);
+    let late = folder.json("validate model.json late.csv --skip 100");
+    assert!(
+        late["holds"] == false && late["skipped"] == 100 && late["misfit"].is_null(),
+        "{late}"
+    );
+    assert!(
+        late["runs_away_from"].as_u64() < Some(100) && late["samples"] == 900,
+        "{late}"
+    );
     // A prediction has no verdict.
     let refused = folder.run("predict model.json wild.csv -o out.csv");
     assert_eq!(refused.code, Some(1), "{refused:?}");

@@ -40,7 +40,7 @@ fn the_identified_two_link_arm_moves_as_the_true_one() {
     // The reason why parameters are not identifiable stands once a form; forms that were not kept are folded away.
     let page = folder.read("arm.html");
     assert!(page.matches("only the curve is determined").count() <= 2);
-    assert!(page.contains("<summary>Forms of each curve by itself ("));
+    assert!(page.contains("<summary>Forms of each curve in turn ("));
     // m (lc^2 + l^2 + lc^2) + 2 I, m lc^2 + I and m l lc.
     for (name, truth) in [("shoulder", 50.879), ("elbow", 10.1757), ("coupling", 15.2634)] {
         for found in [&found[name], &found["model"][name]] {

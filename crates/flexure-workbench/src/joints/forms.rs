@@ -23,7 +23,7 @@ pub fn tables(axis: &FlexibleAxis, units: &Units, of: &str) -> impl Iterator<Ite
         })
 }
 
-/// The forms of a joint's curves, each fitted by itself, with their headings, which `of` begins.
+/// The forms of a joint's curves, each in turn, with their headings, which `of` begins.
 pub fn alone<'a>(axis: &'a FlexibleAxis, of: &str) -> impl Iterator<Item = (String, &'a Fitted)> {
     let curves = [(&axis.stiffness, ""), (&axis.link.friction, "")].into_iter();
     let curves = curves.chain(axis.motor_friction.iter().map(|curve| (curve, ", at the motor")));
@@ -35,7 +35,7 @@ pub fn alone<'a>(axis: &'a FlexibleAxis, of: &str) -> impl Iterator<Item = (Stri
 }
 
 /// The title of the forms of a flexible joint's curves.
-pub const ALONE: &str = "Forms of each curve by itself";
+pub const ALONE: &str = "Forms of each curve in turn";
 
 /// Forms that were tried and their headings as a table; none if there are none.
 pub fn others<'a>(title: &str, forms: impl Iterator<Item = (String, &'a Fitted)>, units: &Units) -> Option<Table> {

@@ -105,7 +105,7 @@ impl List<'_> {
             return;
         };
         let [least, greatest] = [look.columns[time].least, look.columns[time].greatest].map(number);
-        if seconds != 1.0 || least == greatest {
+        if least == greatest {
             let unit = match seconds < 0.01 {
                 true => format!("{seconds:e}"),
                 false => exact(seconds),

@@ -16,8 +16,8 @@ use super::suggestion::Suggestion;
 use crate::joints::{in_unit, written_ratio};
 use crate::text::{grouped, quoted};
 
-/// Of this number of samples of all axes, in the middle, the suggested identification is tried. Convention: it takes a few seconds.
-const MOST_TRIED: usize = 25_000;
+/// Of this number of samples, in the middle, the suggested identification is tried. Convention: it takes a few seconds an axis.
+const MOST_TRIED: usize = 12_500;
 
 /// A simulated motion with a larger fit, in percent, leaves nothing to gravity or a spring.
 const CLOSE: f64 = 80.0;
@@ -40,11 +40,10 @@ pub(super) fn suggestion(file: &RecordFile, request: &Request, look: &Look, samp
         return Outcome::None;
     };
     let uniform = look.clock.as_ref().is_none_or(|clock| clock.is_uniform);
-    let axes = if is_arm(&joints) { joints.len() } else { 1 };
-    let is_long = axes * file.record.len() > MOST_TRIED;
+    let is_long = file.record.len() > MOST_TRIED;
     let step = sample_time.filter(|_| uniform);
     let middle = match is_long {
-        true => (file.record.len() - MOST_TRIED / axes) / 2..(file.record.len() + MOST_TRIED / axes) / 2,
+        true => (file.record.len() - MOST_TRIED) / 2..(file.record.len() + MOST_TRIED) / 2,
         false => 0..file.record.len(),
     };
     let command = |tried: &[Joint]| Command::new(file, request, look, tried, joints.len());
@@ -200,8 +199,8 @@ struct Command<'a> {
     stated: Option<(&'a str, f64)>,
     /// The torques of the other joints.
     others: Vec<String>,
-    /// Whether the torque's column is a current.
-    is_current: bool,
+    /// The unit of the torque's column if it is a current, otherwise empty.
+    current: &'a str,
 }
 
 impl<'a> Command<'a> {
@@ -236,7 +235,10 @@ impl<'a> Command<'a> {
             given: request.sample_time,
             stated: file.stated_sample_time(),
             others: Vec::new(),
-            is_current: is_current(first.torque, file.unit(first.torque)),
+            current: match is_current(first.torque, file.unit(first.torque)) {
+                true => file.unit(first.torque).unwrap_or("A"),
+                false => "",
+            },
         };
         match first.motor {
             Some(motor) => command.complete_flexible(file, look, [motor, first.position, first.torque]),
@@ -374,14 +376,14 @@ impl<'a> Command<'a> {
             ),
             false => "The columns are named as those of a joint.".to_owned(),
         };
-        if self.constant.is_none() && self.is_current {
+        if self.constant.is_none() && !self.current.is_empty() {
             let (unit, what) = match self.is_prismatic() {
                 true => ("N", "force"),
                 false => ("N m", "torque"),
             };
             self.notes.push(format!(
-                "'{}' is a current: add --torque-constant KT, in {unit} for each A, which makes it a {what}.",
-                joint.torque
+                "'{}' is a current: add --torque-constant KT, in {unit} for each {}, which makes it a {what}.",
+                joint.torque, self.current
             ));
         }
         if joint.motor.is_none() && !integrates && self.extra.is_none() {

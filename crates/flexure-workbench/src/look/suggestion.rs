@@ -295,7 +295,14 @@ fn joint_at_once(
         return None;
     };
     let steps = steps.only_for(&joint.options);
-    let reasons = [repair.why.clone()].into_iter().chain(repair.notes.clone());
+    let notes = match repair.in_one {
+        Some(_) => vec![
+            "This interpolates short gaps; of what the others leave, the longest part without a gap is used."
+                .to_owned(),
+        ],
+        None => repair.notes.clone(),
+    };
+    let reasons = [repair.why.clone()].into_iter().chain(notes);
     Some(Suggestion {
         notes: reasons.chain(joint.notes.iter().cloned()).collect(),
         ..joint.with_steps(&steps, "--report")

@@ -177,7 +177,7 @@ fn names<'a>(units: impl IntoIterator<Item = &'a Unit>) -> String {
 pub fn conversion(from: &str, to: &str) -> Result<impl Fn(f64) -> f64> {
     let known = |name: &str| match (find(name), name.rsplit_once('/')) {
         (Some(found), _) => Ok(found),
-        (None, Some((whole, counts))) if plain(whole) == "rev" => bail!(
+        (None, Some((whole, counts @ ("N" | "n" | "COUNTS")))) if plain(whole) == "rev" => bail!(
             "the unit {name} needs a number: put the number of counts of a revolution in place of {counts}, as in rev/4096"
         ),
         (None, _) => bail!(

@@ -148,7 +148,7 @@ impl Identified {
         let values: Vec<String> = kinks.iter().map(|at| number(block.curve.value(*at) + offset)).collect();
         match values.is_empty() {
             true => String::new(),
-            false => format!("; the output there is {}", with_unit(joined(&values), unit)),
+            false => format!("; the output at the kinks is {}", with_unit(joined(&values), unit)),
         }
     }
 

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use crate::labels::Labels;
 use crate::lines::{Lines, Tone};
 use crate::named::Named;
-use crate::plots::extent;
+use crate::plots::{extent, time_axis};
 use crate::systems::SETTLED;
 use crate::systems::columns::SystemColumns;
 use crate::systems::json::tests;
@@ -109,7 +109,7 @@ impl Judged {
             false => file.finite(output)?,
         };
         let settling = settling(model);
-        let mut skip = judging.skip.unwrap_or_else(|| usual_skip(model, y.len()));
+        let skip = judging.skip.unwrap_or_else(|| usual_skip(model, y.len()));
         if skip >= y.len() {
             bail!(
                 "{}: leaving out the first {skip} of {} samples leaves nothing to compare",
@@ -121,8 +121,10 @@ impl Judged {
         let mut free = FreeRun::that_may_run_away(&model.block, file, inputs, Some(y), judging.initial_state)?;
         let end = free.output.iter().position(|v| !v.is_finite()).unwrap_or(y.len());
         let left = (end < y.len()).then(|| leaves(y, &free.output[..end]));
-        if end <= skip {
-            skip = 0;
+        if let Some(left) = left {
+            // What comes after counts as out of reach, no more: the measures stay finite.
+            let [_, farthest] = reach(y);
+            free.output[left..].fill(farthest);
         }
         let error = |i: usize| if i < skip { f64::NAN } else { y[i] - free.output[i] };
         let outliers = match left {
@@ -130,7 +132,7 @@ impl Judged {
             Some(_) => Vec::new(),
         };
         let left_out: HashSet<usize> = outliers.iter().copied().filter(|_| judging.robust).collect();
-        let present: Vec<usize> = (skip..end)
+        let present: Vec<usize> = (skip..y.len())
             .filter(|i| !y[*i].is_nan() && !left_out.contains(i))
             .collect();
         let verdicts = |at: &[usize]| {
@@ -151,7 +153,9 @@ impl Judged {
         let verdict = match left {
             Some(sample) => verdict.running_away(RunsAway {
                 sample,
-                time: model.sample_time.map(|step| step * sample as f64),
+                time: model
+                    .sample_time
+                    .map(|_| time_axis(file, model.sample_time, sample).start),
             }),
             None => verdict,
         };
@@ -159,15 +163,17 @@ impl Judged {
         let outside = Outside::new(&model.block, &u);
         let affected = outside.affected(y.len(), settling);
         let within: Vec<usize> = present.iter().copied().filter(|&i| !affected[i]).collect();
-        let within = match within.len() < present.len() {
+        let within = match within.len() < present.len() && left.is_none() {
             true => verdicts(&within).ok().and_then(|all| Verdict::worst(&all).cloned()),
             false => None,
         };
         // What comes after would hide the rest of a plot.
-        free.output[left.unwrap_or(end)..].fill(f64::NAN);
+        free.output[left.unwrap_or(y.len())..].fill(f64::NAN);
         let labels = Labels::new(file);
         Ok(Judged {
-            may_have_run_away: !(verdict.measures.fit_percent > 0.0) && model.block.has_unstable_loop(),
+            may_have_run_away: left.is_none()
+                && !(verdict.measures.fit_percent > 0.0)
+                && model.block.has_unstable_loop(),
             verdict,
             within: within.filter(|within| within.residuals.is_some()),
             seen: model.was_identified_from(&mark),
@@ -208,7 +214,7 @@ impl Judged {
             "initial_state_samples": self.free.estimated_from,
             "holds": verdict.holds(),
             "runs_away_from": verdict.runs_away.map(|runs_away| runs_away.sample),
-            "misfit": verdict.misfit(),
+            "misfit": verdict.runs_away.is_none().then(|| verdict.misfit()),
             "verdict": self.text(),
             "identified_from_this_record": self.seen,
             "residual_tests": tests(verdict),
@@ -256,9 +262,12 @@ impl Judged {
         for warning in &self.units {
             lines.warning(warning.clone());
         }
-        lines.sentence(self.text());
-        if verdict.runs_away.is_none() {
-            self.write_run(&mut lines);
+        match verdict.runs_away {
+            Some(_) => lines.sentence(RunsAway::ADVICE.to_owned()),
+            None => {
+                lines.sentence(self.text());
+                self.write_run(&mut lines);
+            }
         }
         if self.may_have_run_away {
             lines.warning(
@@ -341,9 +350,15 @@ impl Judged {
 /// The first sample from which a run that grows without bound stays out of reach of the measured output: farther from its range than this is
 /// wide.
 fn leaves(y: &[f64], run: &[f64]) -> usize {
-    let [low, high] = extent(y.iter().copied().filter(|y| y.is_finite()));
-    let is_near = |v: &f64| (2.0 * low - high..=2.0 * high - low).contains(v);
+    let [lowest, highest] = reach(y);
+    let is_near = |v: &f64| (lowest..=highest).contains(v);
     run.iter().rposition(is_near).map_or(0, |last| last + 1)
+}
+
+/// The measured range and as much again on either side.
+fn reach(y: &[f64]) -> [f64; 2] {
+    let [low, high] = extent(y.iter().copied().filter(|y| y.is_finite()));
+    [2.0 * low - high, 2.0 * high - low]
 }
 
 /// What a test that fails finds, and how much: a misfit as in the verdict's text.

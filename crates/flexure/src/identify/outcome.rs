@@ -26,11 +26,14 @@ pub struct Verdict {
 pub struct RunsAway {
     /// The first sample that is out of reach.
     pub sample: usize,
-    /// Its instant in s, from the first sample on, where the sample time is known.
+    /// Its instant in s, where the sample time is known.
     pub time: Option<f64>,
 }
 
 impl RunsAway {
+    /// Why, and what to do.
+    pub const ADVICE: &str = "Its loop is not stable under this input: identify it from a record with such inputs, or take another structure.";
+
     /// "runs away from sample 20 (t = 0.2 s)".
     pub fn text(&self) -> String {
         let time = self.time.map(|time| format!(" (t = {} s)", text::short(time)));
@@ -284,9 +287,9 @@ impl Verdict {
         let fit = self.measures.fit_percent;
         if let Some(runs_away) = self.runs_away {
             return format!(
-                "The model does not hold: on fresh data its simulated output {}. Its loop is not stable under this input: identify it from a \
-                 record with such inputs, or take another structure.",
-                runs_away.text()
+                "The model does not hold: on fresh data its simulated output {}. {}",
+                runs_away.text(),
+                RunsAway::ADVICE
             );
         }
         if fit <= 0.0 && self.hidden_by.is_none() {

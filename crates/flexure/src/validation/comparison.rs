@@ -74,7 +74,8 @@ impl PairedComparison {
 
 /// The variance of the mean, from the means of stretches of equal length.
 fn of_stretches(d: &[f64]) -> f64 {
-    let means: Vec<f64> = d.chunks_exact(d.len() / STRETCHES).take(STRETCHES).map(mean).collect();
+    let start = |i: usize| i * d.len() / STRETCHES;
+    let means: Vec<f64> = (0..STRETCHES).map(|i| mean(&d[start(i)..start(i + 1)])).collect();
     let center = mean(&means);
     let squares: f64 = means.iter().map(|m| (m - center).powi(2)).sum();
     squares / ((STRETCHES - 1) * STRETCHES) as f64
@@ -122,12 +123,15 @@ mod tests {
         assert!(test.p_value < 1e-6 && test.difference > 0.0);
         let back = PairedComparison::new(&b, &a).unwrap();
         assert!((back.p_value + test.p_value - 1.0).abs() < 1e-12 && back.statistic == -test.statistic);
-        // Calculated by hand, with eight lags and with 16 stretches of 31 samples.
+        // Calculated by hand, with eight lags and with 16 stretches of 31 and 32 samples.
         let d: Vec<f64> = a.iter().map(|v| v * v * (1.0 - 0.64)).collect();
         let m = d.iter().sum::<f64>() / 500.0;
         let c = |k: usize| (k..500).map(|t| (d[t] - m) * (d[t - k] - m)).sum::<f64>() / 500.0;
         let v = c(0) + 2.0 * (1..=8).map(|k| (1.0 - k as f64 / 9.0) * c(k)).sum::<f64>();
-        let batches: Vec<f64> = d.chunks(31).take(16).map(|b| b.iter().sum::<f64>() / 31.0).collect();
+        let mut batches = Vec::new();
+        for (first, last) in (0..16).map(|i| (i * 125 / 4, (i + 1) * 125 / 4)) {
+            batches.push(d[first..last].iter().sum::<f64>() / (last - first) as f64);
+        }
         let middle = batches.iter().sum::<f64>() / 16.0;
         let of_batches = batches.iter().map(|b| (b - middle).powi(2)).sum::<f64>() / 240.0;
         let wanted = m / (v / 500.0).max(of_batches).sqrt();

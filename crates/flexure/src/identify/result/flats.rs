@@ -19,10 +19,14 @@ struct FlatStretch {
 
 /// The wide flat stretches of a curve between two abscissas, as a continuation of its description; empty if there are none.
 pub fn flats(x: &[f64], y: &[f64], [low, high]: [f64; 2]) -> String {
+    // The ends of a model file may be in any order.
     let (start, end) = (x.partition_point(|v| *v < low), x.partition_point(|v| *v <= high));
-    let (x, y) = (&x[start..end], &y[start..end]);
+    let (x, y) = (&x[start.min(end)..end], &y[start.min(end)..end]);
     let [least, most] = range(y);
     let mut found = Vec::new();
+    if most <= least {
+        return String::new();
+    }
     widest(x, y, FLAT * (most - least), WIDE * (high - low), &mut found);
     let stretch = |flat: &FlatStretch| {
         let [value, from, to] = [flat.value, flat.from, flat.to].map(number);
@@ -31,7 +35,7 @@ pub fn flats(x: &[f64], y: &[f64], [low, high]: [f64; 2]) -> String {
     match found.is_empty() {
         true => String::new(),
         false => format!(
-            ", flat {} within {} % of its range",
+            ", flat {} within {} % of the height of the curve",
             joined(&found.iter().map(stretch).collect::<Vec<_>>()),
             100.0 * FLAT
         ),
@@ -91,7 +95,7 @@ mod tests {
         let limits = described(|x| x.clamp(-0.5, 1.0));
         assert_eq!(
             limits,
-            ", flat at -0.5000 from -2.000 to -0.5000 and at 1.000 from 1.000 to 3.000 within 0.5 % of its range"
+            ", flat at -0.5000 from -2.000 to -0.5000 and at 1.000 from 1.000 to 3.000 within 0.5 % of the height of the curve"
         );
     }
 
@@ -99,5 +103,7 @@ mod tests {
     fn a_curve_without_points_or_changes_has_no_stretch_to_look_for() {
         assert_eq!(flats(&[], &[], [0.0, 1.0]), "");
         assert_eq!(flats(&[5.0], &[1.0], [0.0, 1.0]), "");
+        assert_eq!(flats(&[0.0, 1.0, 2.0], &[1.0, 1.0, 1.0], [2.0, 0.0]), "");
+        assert_eq!(described(|_| 1.0), "");
     }
 }

@@ -156,8 +156,8 @@ impl<'a> FreeOutcome<'a> {
         })
     }
 
-    /// The forms of the stiffness beside frictions in forms, if free frictions leave a wind-up or refute all forms, and forms of the frictions
-    /// make the smallest BIC smaller; otherwise `None`.
+    /// The forms of the stiffness beside frictions in forms, if free frictions leave a wind-up or refute all forms, forms of the frictions
+    /// make the smallest BIC smaller, and no form that stands would be lost; otherwise `None`.
     ///
     /// A free friction is wrong where it turns faster than velocities are resolved. While the link hardly moves, friction and spring
     /// balance, so the error looks like a dip of the spring.
@@ -196,7 +196,8 @@ impl<'a> FreeOutcome<'a> {
             Some(fitted(candidate.form, &fit, place, self))
         });
         let beside: Vec<Fitted> = fits.into_iter().flatten().collect();
-        let better = stiffness_of_an_arm(&beside).is_some_and(|form| form.bic < alone.bic);
+        let stands = |form: &&Fitted| form.stands() || !alone.stands();
+        let better = (stiffness_of_an_arm(&beside).filter(stands)).is_some_and(|form| form.bic < alone.bic);
         better.then_some(beside)
     }
 

@@ -215,8 +215,8 @@ impl Doubt {
 pub struct IdentifiedCurve {
     /// The curve as a torque over the velocities or deflections visited, with its band.
     pub band: Band,
-    /// The physical forms, each fitted while all other curves are free; of a stiffness beside frictions in forms, where a free friction would give
-    /// the spring a dip that it does not have.
+    /// The physical forms, each fitted while all other curves are free; of a stiffness beside frictions in forms, where free frictions leave a
+    /// wind-up or refute all its forms, and Schwarz's criterion prefers that.
     pub forms: Vec<Fitted>,
     /// The one with the smallest BIC.
     pub best: usize,
