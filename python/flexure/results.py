@@ -423,7 +423,7 @@ class Verdict:
     """``1 - |y - yh|² / |y - mean y|²``."""
     misfit: float = 0.0
     """The size of the part of the error that depends on the input, as a share of the output's standard deviation; 0 where no test
-    refutes the model."""
+    refutes the model, NaN where its simulated output runs away."""
     tests: tuple[ResidualTest, ...] = field(default=(), repr=False)
     """The tests of the residual."""
 
@@ -444,6 +444,6 @@ class Verdict:
             result["fit_percent"],
             result["rms"],
             result["r_squared"],
-            result["misfit"],
+            float("nan") if result["misfit"] is None else result["misfit"],
             tuple(ResidualTest(**test) for test in result["residual_tests"]),
         )
