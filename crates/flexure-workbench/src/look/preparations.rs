@@ -33,6 +33,16 @@ impl Repair {
         }
     }
 
+    /// What else should be known where the identification itself does the steps.
+    pub fn notes_in_one(&self) -> Vec<String> {
+        match self.in_one {
+            Some(_) => vec![
+                "This interpolates short gaps. Longer gaps stay, and the longest part without one is used.".to_owned(),
+            ],
+            None => self.notes.clone(),
+        }
+    }
+
     /// The command that prepares the record.
     pub fn command(self) -> Suggestion {
         let cut = match self.steps.cut {

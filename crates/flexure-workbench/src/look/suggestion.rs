@@ -295,14 +295,7 @@ fn joint_at_once(
         return None;
     };
     let steps = steps.only_for(&joint.options);
-    let notes = match repair.in_one {
-        Some(_) => vec![
-            "This interpolates short gaps; of what the others leave, the longest part without a gap is used."
-                .to_owned(),
-        ],
-        None => repair.notes.clone(),
-    };
-    let reasons = [repair.why.clone()].into_iter().chain(notes);
+    let reasons = [repair.why.clone()].into_iter().chain(repair.notes_in_one());
     Some(Suggestion {
         notes: reasons.chain(joint.notes.iter().cloned()).collect(),
         ..joint.with_steps(&steps, "--report")

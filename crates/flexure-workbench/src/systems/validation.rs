@@ -122,7 +122,7 @@ impl Judged {
         let end = free.output.iter().position(|v| !v.is_finite()).unwrap_or(y.len());
         let left = (end < y.len()).then(|| leaves(y, &free.output[..end]));
         if let Some(left) = left {
-            // What comes after counts as out of reach, no more: the measures stay finite.
+            // The samples from there on count as just out of reach, so that the measures stay finite.
             let [_, farthest] = reach(y);
             free.output[left..].fill(farthest);
         }

@@ -202,7 +202,7 @@ impl Joint {
     }
 }
 
-/// A reference whose time stands still for a moment, this often a sample: $t - \sin(2 \pi f t) / (2 \pi f)$.
+/// The reference with momentary stops, this many a sample: its time runs as $t - \sin(2 \pi f t) / (2 \pi f)$.
 fn stopping(reference: &[f64], frequency: f64) -> Vec<f64> {
     let omega = std::f64::consts::TAU * frequency;
     let at = |i: usize| {

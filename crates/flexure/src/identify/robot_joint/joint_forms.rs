@@ -159,8 +159,8 @@ impl<'a> FreeOutcome<'a> {
     /// The forms of the stiffness beside frictions in forms, if free frictions leave a wind-up or refute all forms, forms of the frictions
     /// make the smallest BIC smaller, and no form that stands would be lost; otherwise `None`.
     ///
-    /// A free friction is wrong where it turns faster than velocities are resolved. While the link hardly moves, friction and spring
-    /// balance, so the error looks like a dip of the spring.
+    /// A free friction curve is wrong where the friction changes its sign within the noise of the velocity. While the link hardly moves,
+    /// friction and spring balance. The error then looks like a spring that is weaker at small deflections.
     fn stiffness_beside_frictions(&self, joint: &JointPlace, forms: &JointForms) -> Option<Vec<Fitted>> {
         let alone = stiffness_of_an_arm(&forms.stiffness)?;
         if alone.stands() && !alone.form.has_windup() {
