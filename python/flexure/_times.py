@@ -1,4 +1,4 @@
-"""Instants that come with signals: indexes, coordinates and columns of time."""
+"""Instants that come with signals: indexes, coordinates and time columns."""
 
 from __future__ import annotations
 

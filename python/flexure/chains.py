@@ -120,7 +120,7 @@ class Chain:
         Parameters
         ----------
         path : path
-            The file. Shapes, materials, ``<dynamics>`` and limits of effort and velocity are passed over; a xacro file is refused.
+            The file. Shapes, materials, ``<dynamics>`` and limits of effort and velocity are skipped; a xacro file is refused.
         base : {"fixed", "free"}
             Whether the root link is fixed to the world or floats freely.
         gravity : three numbers

@@ -75,7 +75,7 @@ def cut(frame: Any, start: float | None = None, stop: float | None = None) -> An
     given = Frame(frame)
     instants, _ = _run([given], cut=ends)
     if instants is None or given.seconds is None:
-        raise DataError("a cut by time needs a column of time; without one, slice the frame")
+        raise DataError("a cut by time needs a time column; without one, slice the frame")
     first = int(np.searchsorted(given.seconds, instants[0]))
     return given.rows(first, first + len(instants))
 

@@ -120,7 +120,7 @@ impl Options {
         Ok(Task {
             structure,
             options,
-            or_linear: false,
+            or_another: false,
         })
     }
 }

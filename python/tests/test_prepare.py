@@ -160,7 +160,7 @@ def test_what_is_refused_says_what_to_do():
         (lambda: prepare.fill(np.zeros(3)), flexure.DataError, "a ndarray is no frame"),
         (lambda: prepare.fill({"t": [0.0, 1.0]}), flexure.DataError, "no column of numbers"),
         (lambda: prepare.merge(), flexure.ParameterError, "at least one frame"),
-        (lambda: prepare.merge(frame, {"y": [1.0]}), flexure.FlexureError, "no column of time"),
+        (lambda: prepare.merge(frame, {"y": [1.0]}), flexure.FlexureError, "no time column"),
     ]:
         with pytest.raises(error, match=message):
             call()

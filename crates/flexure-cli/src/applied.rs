@@ -19,14 +19,14 @@ pub struct ModelOnRecord {
     model: PathBuf,
     /// The record.
     pub record: PathBuf,
-    /// The input's column, if its name differs from the model's; A,B for a model of several inputs.
+    /// The column of the input, if its name differs from the name in the model. A,B for a model with several inputs.
     #[arg(long, value_name = "COLUMN")]
     input: Option<String>,
-    /// The measured output's column, if its name differs from the model's.
+    /// The column of the measured output, if its name differs from the name in the model.
     #[arg(long, value_name = "COLUMN")]
     pub output: Option<String>,
-    /// The state in which the record begins. By default it is estimated from the first outputs if there are enough of them;
-    /// otherwise it is the steady state for the first input.
+    /// The state of the model at the start of the record. By default, it is estimated from the first outputs. If there
+    /// are too few outputs for this, it is the steady state for the first input.
     #[arg(long, value_name = "INITIAL_STATE", value_parser = arguments::named::<Start>())]
     pub initial_state: Option<Start>,
     #[command(flatten)]

@@ -16,35 +16,36 @@ use crate::source::{Source, Switches};
 
 /// Judge several models on one record, side by side.
 ///
-/// Every model runs free under the record's inputs, and is judged on the same samples. A model that was identified from this very
-/// record is marked. The columns are the models' own, unless --input and --output name others.
+/// Every model is simulated in a free run under the inputs of the record. All models are judged on the same samples. A
+/// model that was identified from this same record is marked. Each model uses the columns with its own names, unless
+/// --input and --output name others.
 #[derive(clap::Args)]
 #[command(
     override_usage = "flexure compare [OPTIONS] <MODEL>... <RECORD>",
     after_help = "Example:\n  flexure compare a.json b.json fresh.csv --report comparison.html"
 )]
 pub struct Arguments {
-    /// The models, from `flexure identify -o`, and last the record.
+    /// The models, from `flexure identify -o`. The last file is the record.
     #[arg(value_name = "FILE", required = true, num_args = 2..)]
     files: Vec<PathBuf>,
-    /// The inputs' column, if its name differs from the models'; A,B for models of several inputs.
+    /// The column of the input, if its name differs from the name in the models. A,B for models with several inputs.
     #[arg(long, value_name = "COLUMN")]
     input: Option<String>,
-    /// The measured output's column, if its name differs from the models'.
+    /// The column of the measured output, if its name differs from the name in the models.
     #[arg(long, value_name = "COLUMN")]
     output: Option<String>,
-    /// Leave the first N samples out of the comparison; by default as many as the slowest model takes to settle, at most a tenth of
-    /// the record.
+    /// Leave the first N samples out of the comparison. By default, N is the settling time of the slowest model, but at
+    /// most one tenth of the record.
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = arguments::count)]
     skip: Option<usize>,
     #[command(flatten)]
     switches: Switches,
-    /// Write a page with the models' runs here.
+    /// Write a page with the free runs of all models to this file.
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
     #[command(flatten)]
     source: Source,
-    /// Print one JSON object.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
 }

@@ -15,41 +15,46 @@ use crate::files::{keep_apart, prepare, write_text, wrote};
 use crate::output::{print, print_result, this_command};
 use crate::progress::Progress;
 
-/// Compare controllers and estimators of a two-link arm with flexible joints, or of a flexible link, in one loop.
+/// Compare controllers and state estimators in one control loop, for a two-link arm with flexible joints or for a
+/// flexible link.
 ///
-/// A scenario says what moves, what the controllers know of it, the motion, the loop (sample time, delay, counts, noise, limits) and the
-/// controllers. The result is a table with a row for each controller. The record of a run can be used for identification like any other.
+/// A scenario says what moves, what the controllers know about it, the motion, the loop (sample time, delay, encoder
+/// counts, noise, limits) and the controllers. The result is a table with one row for each controller. The record of a
+/// run can be used for identification like any other record.
 #[derive(clap::Args)]
 #[command(group(ArgGroup::new("source").required(true).args(["scenario", "preset"])))]
 #[command(after_help = "Examples:\n  flexure control --preset square --report square.html\n  \
                         flexure control --preset square --write-scenario mine.toml --dry-run\n  \
                         flexure control mine.toml --seeds 100 --json")]
 pub struct Arguments {
-    /// The scenario.
+    /// The file with the scenario.
     #[arg(value_name = "SCENARIO.toml")]
     scenario: Option<PathBuf>,
-    /// A scenario that comes with Flexure, in place of a file: square, rest-to-rest, unknown-stiffness, noisy-encoders or flexible-link.
+    /// A scenario that comes with Flexure, in place of a file: square, rest-to-rest, unknown-stiffness, noisy-encoders
+    /// or flexible-link.
     #[arg(long, value_name = "NAME", value_parser = known_preset)]
     preset: Option<String>,
-    /// Runs of each controller, with seeds that follow the scenario's; the table then has medians and the worst.
+    /// The number of runs of each controller. Each run has another seed, counted from the seed of the scenario. The
+    /// table then shows medians and the worst run. By default, the scenario gives this number.
     #[arg(long, value_name = "N", value_parser = arguments::whole::<1, 100_000>)]
     seeds: Option<usize>,
-    /// Write the record of the first run of the controller with the smallest error here: .csv or .parquet.
+    /// Write the record of one run to this file: .csv or .parquet. It is the first run of the controller with the
+    /// smallest error.
     #[arg(short = 'o', long = "out", value_name = "RECORD")]
     out: Option<PathBuf>,
-    /// Write the record of this controller's first run instead.
+    /// For --out: write the record of the first run of this controller instead.
     #[arg(long, value_name = "CONTROLLER", requires = "out")]
     of: Option<String>,
-    /// Write a page with paths, errors, torques and the moving arm here.
+    /// Write a page with paths, errors, torques and the moving arm to this file.
     #[arg(long, value_name = "PAGE.html")]
     report: Option<PathBuf>,
-    /// Write the scenario here, with its comments, to be edited.
+    /// Write the scenario, with its comments, to this file. You can then edit it.
     #[arg(long, value_name = "SCENARIO.toml")]
     write_scenario: Option<PathBuf>,
-    /// Check the scenario, and run nothing.
+    /// Check the scenario, but run nothing.
     #[arg(long, conflicts_with_all = ["out", "report"])]
     dry_run: bool,
-    /// Print one JSON object.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
 }
@@ -102,7 +107,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if arguments.dry_run {
         return print(
             &wrote(&arguments.write_scenario)
-                .chain([format!("{name}: nothing wrong")])
+                .chain([format!("{name}: no errors found")])
                 .collect::<Vec<_>>()
                 .join("\n"),
         );

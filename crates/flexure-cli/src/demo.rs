@@ -17,31 +17,35 @@ use crate::output::{command_line, print, print_result};
 use crate::progress::spinning;
 use crate::simulate::simulate;
 
-/// Simulate the space arm, identify both of its joints from a minute of its log, and show them on a page.
+/// Simulate a two-link arm, identify both of its joints from one minute of its log, and show the results on a page.
 ///
-/// Both motors of a two-link arm with flexible joints play multisines, and drives and encoders log them with noise. From this log
-/// come the inertias, and of each joint the friction and the stiffness, with bands; the page shows them over the simulated truth. The
-/// identified arm then follows torques that it has not seen, next to the true one. Last, the elbow alone is identified as a
-/// chain of blocks, from torque to velocity. The residual tests refute this chain: friction acts in a loop.
+/// The arm is a space arm with flexible joints. Both motors apply multisine torques. The log contains the torques of
+/// the drives and the angles of the encoders, with noise. From this log, the command identifies the inertias, and the
+/// friction and stiffness of each joint, with confidence bands. The page shows these curves and the curves of the
+/// simulated arm. Then the identified arm and the simulated arm move under torques that were not used for the fit. The
+/// page compares both motions. Last, the command identifies the elbow alone as a chain of blocks, from torque to
+/// velocity. The residual tests refute this chain, because friction acts in a feedback loop.
 ///
-/// DIR gets arm.toml, log.csv, identified.toml and report.html of both joints; elbow.csv, elbow.json and elbow.html of the elbow alone.
+/// The folder DIR then contains the files of both joints: arm.toml, log.csv, identified.toml and report.html. It also
+/// contains the files of the elbow alone: elbow.csv, elbow.json and elbow.html.
 ///
-/// With --joint-views it makes a record and a page of each of three block-oriented views of a joint instead. The first is the static
-/// regression of joint torque on deflection. The second, from commanded deflection to link velocity, is exactly a Hammerstein system with the
-/// stiffness as its nonlinearity. The third, from slow torque to velocity, is an approximation because of the friction.
+/// With --joint-views, the command shows three block-oriented views of a joint instead. It writes a record and a page
+/// for each view. The first view is the static regression of joint torque on deflection. The second view goes from
+/// commanded deflection to link velocity. It is exactly a Hammerstein system, whose nonlinearity is the stiffness. The
+/// third view goes from slow torque to velocity. It is only an approximation, because of the friction.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  flexure demo --out flexure-demo\n  flexure demo --joint-views --out joint-views")]
 pub struct Arguments {
-    /// The folder for the results.
+    /// The folder for the results. It is created if it does not exist.
     #[arg(long, value_name = "DIR", default_value = "flexure-demo")]
     out: PathBuf,
-    /// Show the joint's stiffness and friction in the three block-oriented views.
+    /// Show the stiffness and the friction of a joint in three block-oriented views instead.
     #[arg(long)]
     joint_views: bool,
-    /// Do not open the page in a browser. By default it is opened if the output is a terminal.
+    /// Do not open the page in a browser. By default, it is opened if the output is a terminal.
     #[arg(long)]
     no_open: bool,
-    /// Print one JSON object.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
 }

@@ -18,9 +18,9 @@ use crate::simulate::{Source, simulate};
 
 /// Write a model as code for other programs.
 ///
-/// The code computes the values of `flexure predict --initial-state steady`, sample by sample: the same interpolation, the
-/// same
-/// values beyond the range of the data, and the same start, the steady state that belongs to the first input.
+/// The code computes the same values as `flexure predict --initial-state steady`, sample by sample. It uses the same
+/// interpolation, and the same values beyond the range of the data. It also starts in the same state: the steady state
+/// that belongs to the first input.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     flexure export model.json --to c -o motor.c\n  \
@@ -28,25 +28,27 @@ use crate::simulate::{Source, simulate};
     flexure export arm.toml --to c -o arm.c\n  \
     flexure export model.json --to fmu --fmi 3 --compile -o motor.fmu")]
 pub struct Arguments {
-    /// The model, from `flexure identify -o`; a curve as a table, from `flexure joint --friction` or `flexure regress -o`; or an arm file,
-    /// which goes to C and FMU with an integrator inside.
+    /// What is exported. It is a model from `flexure identify -o`, a table of a curve from `flexure joint --friction`
+    /// or `flexure regress -o`, or an arm file. An arm file is exported to C or FMU, with an integrator inside.
     model: PathBuf,
-    /// The format.
+    /// The format of the code.
     #[arg(long, value_name = "FORMAT", value_parser = arguments::named::<Format>())]
     to: Format,
-    /// Write it to this file or into this folder, where it is called by its name. C also gets a header file.
+    /// Write the code to this file, or into this folder. In a folder, the name of the file is that of --name. C also
+    /// gets a header file.
     #[arg(short = 'o', long = "out", value_name = "OUT")]
     out: PathBuf,
-    /// The name of the functions, the class or the FMU: an identifier. Without it, the name of the file.
+    /// The name of the functions, the class or the FMU. It must be an identifier. By default, it is the name of the
+    /// file. In a folder, the default is model.
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
-    /// The version of the functional mock-up interface: 2 (without this option) or 3.
+    /// The version of the Functional Mock-up Interface (FMI): 2 or 3. The default is 2.
     #[arg(long, value_name = "VERSION", value_parser = arguments::named::<Fmi>())]
     fmi: Option<Fmi>,
-    /// Put a library for this machine into the FMU, made by the local C compiler.
+    /// Put a library for this machine into the FMU. The local C compiler makes it.
     #[arg(long)]
     compile: bool,
-    /// Print one JSON object.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
 }

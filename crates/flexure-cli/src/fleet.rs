@@ -14,12 +14,16 @@ use crate::output::print;
 use crate::progress::measured;
 use crate::{identify, joint};
 
-/// Identify every machine of a data set, over all cores, and put the results in a table.
+/// Identify every machine of a data set on all processor cores, and put the results in a table.
 ///
-/// The data set is a file whose column --by tells the machines apart, or a folder: with folders KEY=VALUE, or with one file a machine. With
-/// --torque every machine is a joint (see flexure joint), without it a system (see flexure identify); the options of these commands mean the same
-/// here. RESULTS gets table.parquet, a row per machine, and models/VALUE.json. A machine whose record cannot be used has its error in its
-/// row. Where a run was stopped, the same command goes on with it.
+/// The data set is a file or a folder. In a file, the column --by tells the machines apart. In a folder, each machine
+/// has a folder KEY=VALUE, or each machine has one file. With --torque, every machine is a joint (see flexure joint).
+/// Without it, every machine is a system (see flexure identify). The options of these commands have the same meaning
+/// here.
+///
+/// The folder RESULTS gets table.parquet, with one row for each machine, and the models as models/VALUE.json. VALUE is
+/// the number or the name of the machine. If the record of a machine cannot be used, its row contains the error. If a
+/// run was stopped, give the same command again: it goes on with the machines that are left.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     flexure fleet logs.parquet --by joint --position q --torque tau -o results\n  \
@@ -27,20 +31,21 @@ use crate::{identify, joint};
 pub struct Arguments {
     /// The data set: a file or a folder.
     dataset: PathBuf,
-    /// What identifies the machines: a column of numbers, or the name in folders KEY=VALUE.
+    /// What tells the machines apart. In a file: a column of numbers. With folders KEY=VALUE: their KEY. With one file
+    /// for each machine: a name, which becomes a column of the table.
     #[arg(long, value_name = "KEY")]
     by: String,
-    /// The folder of the results.
+    /// The folder for the results.
     #[arg(short = 'o', long = "out", value_name = "RESULTS")]
     out: PathBuf,
     /// The format of the table.
     #[arg(long, value_name = "FORMAT", value_parser = ["parquet", "csv"], default_value = "parquet")]
     table: String,
-    /// The most memory that a file may take, for example 8GiB; by default as in the other commands, divided by the number of cores if each
-    /// machine has a file.
+    /// The most memory that a file may take, for example 8GiB. The default is that of the other commands. If each
+    /// machine has a file, this default is divided by the number of cores.
     #[arg(long, value_name = "SIZE", value_parser = arguments::memory)]
     memory: Option<u64>,
-    /// Print one JSON object.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
     #[command(flatten)]
@@ -49,12 +54,12 @@ pub struct Arguments {
 
 /// Options that `identify` and `joint` define.
 #[derive(clap::Args)]
-#[command(next_help_heading = "Of every machine (see flexure identify and flexure joint)")]
+#[command(next_help_heading = "For every machine (as in flexure identify and flexure joint)")]
 struct OfCommand {
-    /// The input's column; A,B for several inputs.
+    /// The column of the input, or A,B for several inputs.
     #[arg(long, value_name = "COLUMN")]
     input: Option<String>,
-    /// The output's column.
+    /// The column of the output.
     #[arg(long, value_name = "COLUMN")]
     output: Option<String>,
     /// The structure of the model.
@@ -63,49 +68,50 @@ struct OfCommand {
     /// The method for a Hammerstein model.
     #[arg(long, value_name = "METHOD")]
     method: Option<String>,
-    /// Order of a Hammerstein model's linear part.
+    /// The order of the linear part of a Hammerstein model.
     #[arg(long, value_name = "auto|N")]
     order: Option<String>,
-    /// Delay of a Hammerstein model in samples.
+    /// The delay of a Hammerstein model, in samples.
     #[arg(long, value_name = "auto|N")]
     delay: Option<String>,
-    /// Share of the record, at its end, that is not fitted.
+    /// The share of the record that is not used for the fit. It is taken from the end of the record.
     #[arg(long, value_name = "SHARE")]
     fresh: Option<String>,
-    /// The column of the torque; every machine is then a joint.
+    /// The column of the torque. With this option, every machine is a joint.
     #[arg(long, value_name = "COLUMN")]
     torque: Option<String>,
-    /// The column of a rigid axis's position.
+    /// The column of the position of a rigid axis.
     #[arg(long, value_name = "COLUMN")]
     position: Option<String>,
-    /// The column of a flexible joint's motor angle, or without --link of a rigid axis's.
+    /// The column of the motor angle of a flexible joint. Without --link, the axis is rigid, and its only encoder is at
+    /// its motor.
     #[arg(long, value_name = "COLUMN")]
     motor: Option<String>,
-    /// The column of a flexible joint's link angle.
+    /// The column of the link angle of a flexible joint.
     #[arg(long, value_name = "COLUMN")]
     link: Option<String>,
-    /// Torque for each unit of the torque column.
+    /// The torque for each unit of the torque column.
     #[arg(long, value_name = "K", allow_hyphen_values = true)]
     torque_constant: Option<String>,
-    /// Gear ratio: motor angles are divided by it, torques multiplied.
+    /// The gear ratio. Motor angles are divided by it, and torques are multiplied by it.
     #[arg(long, value_name = "N")]
     gear_ratio: Option<String>,
-    /// The motor's inertia in kg m^2 on the link's side, where it is known.
+    /// The known inertia of the motor in kg m^2, on the link's side.
     #[arg(long, value_name = "JM")]
     motor_inertia: Option<String>,
-    /// Level of the confidence bands.
+    /// The level of the confidence bands.
     #[arg(long, value_name = "LEVEL")]
     band: Option<String>,
-    /// The axes are prismatic: positions in m, forces in N.
+    /// The axes are prismatic: their positions are in m, their forces in N.
     #[arg(long)]
     prismatic: bool,
-    /// Gravity acts on the axes: terms cos q and sin q.
+    /// Gravity acts on the axes: add the terms cos q and sin q to the equation of motion.
     #[arg(long)]
     gravity: bool,
-    /// A spring acts on the axes: a term q.
+    /// A spring acts on the axes: add the term q to the equation of motion.
     #[arg(long)]
     spring: bool,
-    /// Sample time in s; by default that of the column of time.
+    /// The sample time in s. By default, it is taken from the time column.
     #[arg(long, value_name = "S")]
     sample_time: Option<String>,
 }

@@ -179,10 +179,10 @@ pub fn completions(arguments: &CompletionArguments, mut command: Command) -> Res
     flexure man identify | man -l -\n  \
     flexure man --out ~/.local/share/man/man1")]
 pub struct ManualArguments {
-    /// The command whose help page is shown; without it, the page of flexure itself.
+    /// The command whose manual page is printed. By default, it is the page of flexure itself.
     #[arg(value_name = "COMMAND", conflicts_with = "out")]
     command: Option<String>,
-    /// Write the pages of all commands into this folder.
+    /// Write the manual pages of all commands to this folder.
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }

@@ -29,73 +29,81 @@ pub use run::{by_name, run};
 
 /// Identify a block-oriented model from an input-output record.
 ///
-/// The last quarter of the record is not fitted. Fit, RMS error and residual tests are about this part. A record with two signals needs
-/// no names: the first is the input. With more signals, name the input and the output. A record is CSV, columns between spaces, Parquet, or
-/// MAT, HDF5, or a topic of a ROS 2 bag.
+/// The last quarter of the record is not used for the fit (see --fresh). The fit in percent, the RMS error and the
+/// residual tests are about this part. If the record has only two signals, the first is the input and the second is the
+/// output. If it has more signals, name the input and the output. A record is a text file with columns (such as CSV), a
+/// Parquet, MAT or HDF5 file, or a topic of a ROS 2 bag.
 #[derive(clap::Args)]
 #[command(
     after_help = "Example:\n  flexure identify record.csv --input u --output y -o model.json --report report.html"
 )]
 pub struct Arguments {
-    /// The record. Several records are experiments of one system (for refined Hammerstein models); the end of the last is not fitted.
+    /// The record. Several records are taken as experiments with one system. Only the refined method for Hammerstein
+    /// models accepts several records. The end of the last record is then not used for the fit.
     #[arg(value_name = "RECORD", required = true)]
     records: Vec<PathBuf>,
-    /// The input's column; A,B for several inputs. A record with two signals needs no names.
+    /// The column of the input, or A,B for several inputs. A record with only two signals needs no names.
     #[arg(long, value_name = "COLUMN")]
     input: Option<String>,
-    /// The output's column.
+    /// The column of the output.
     #[arg(long, value_name = "COLUMN")]
     output: Option<String>,
-    /// The structure of the model. By default auto for several inputs, and hammerstein for one: or linear, if a Hammerstein model does not hold
-    /// and linear dynamics predict clearly better.
+    /// The structure of the model. For one input, hammerstein is tried first. If this model does not hold, the default is
+    /// auto; with more than 50,000 fitted samples, linear if it predicts clearly better. For several inputs, the default
+    /// is auto.
     #[arg(long, value_parser = arguments::structure())]
     structure: Option<&'static Structure>,
-    /// The method for a Hammerstein model: refined unless an option of plain alone is given.
+    /// The method for a Hammerstein model. The default is refined. If an option is given that only plain has, the
+    /// default is plain.
     #[arg(long, value_enum)]
     method: Option<MethodName>,
-    /// Order of a Hammerstein model's linear part.
+    /// The order of the linear part of a Hammerstein model. With auto, it is chosen from the data.
     #[arg(long, value_name = "auto|N", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_order)]
     order: Auto<usize>,
-    /// Delay of a Hammerstein model in samples.
+    /// The delay of a Hammerstein model, in samples. With auto, it is chosen from the data.
     #[arg(long, value_name = "auto|N", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_count)]
     delay: Auto<usize>,
-    /// Number of branches of --structure parallel, 1 to 5; auto tries up to 3.
+    /// The number of branches for --structure parallel, from 1 to 5. With auto, up to 3 branches are tried.
     #[arg(long, value_name = "auto|N", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_branches)]
     branches: Auto<usize>,
-    /// Convention for the scale between a Hammerstein model's blocks; static-gain unless given.
+    /// The convention that fixes the scale between the two blocks of a Hammerstein model. The default is static-gain.
     #[arg(long, value_enum, conflicts_with = "known")]
     unit: Option<Unit>,
-    /// Two points at which the nonlinearity is known. They fix scale and offset in place of --unit.
+    /// Two known points of the nonlinearity: at the input X, its value is PHI. They fix its scale and its offset,
+    /// instead of --unit.
     #[arg(long, value_name = "X=PHI", num_args = 2, allow_hyphen_values = true, value_parser = arguments::known_point)]
     known: Vec<[f64; 2]>,
-    /// Share of the record, at its end, that is not fitted.
+    /// The share of the record that is not used for the fit. It is taken from the end of the record.
     #[arg(long, value_name = "SHARE", default_value = "0.25", allow_hyphen_values = true, value_parser = arguments::fresh_share)]
     fresh: f64,
-    /// Leave outliers of the output out of the fit and of the verdict. Without this option they are only named.
+    /// Do not use outliers of the output for the fit and the verdict. Without this option, outliers are only reported.
     #[arg(long)]
     robust: bool,
-    /// Leave samples whose output is missing (NaN, or an empty field) out of the fit and of the verdict. Without this option they are an error.
+    /// Do not use samples whose output is missing (NaN or an empty field) for the fit and the verdict. Without this
+    /// option, such samples are an error.
     #[arg(long)]
     missing: bool,
-    /// Sample time in s; by default that of the column of time.
+    /// The sample time in s. By default, it is taken from the time column. Without this column and this option, times
+    /// are in samples.
     #[arg(long, value_name = "S", allow_hyphen_values = true, conflicts_with = "resample", value_parser = arguments::positive)]
     sample_time: Option<f64>,
-    /// Write the model here.
+    /// Write the model to this file.
     #[arg(short = 'o', long = "model", value_name = "MODEL.json")]
     model: Option<PathBuf>,
-    /// Draw the arm on the page, with the lengths of the links in this arm file. The record needs the columns q1 and q2.
+    /// Draw the arm in motion on the page of --report. This arm file gives the lengths of the links. The record needs
+    /// the columns q1 and q2.
     #[arg(long, value_name = "ARM.toml", requires = "report")]
     arm: Option<PathBuf>,
-    /// Write a page that shows everything here.
+    /// Write a page with all results to this file.
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
-    /// Read the record in parts, once for every step of the fit: for a Parquet file that is larger than memory. The structure is
-    /// hammerstein. The verdict is about the end of the last million samples.
+    /// Read the record in parts, for a Parquet file that is larger than memory. The file is read once for every step of
+    /// the fit. The structure is hammerstein. The verdict is about the end of the last million samples.
     #[arg(long, conflicts_with_all = ["robust", "missing", "arm"])]
     stream: bool,
     #[command(flatten)]
     source: Source,
-    /// Print one JSON object.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
     #[command(flatten)]
@@ -108,9 +116,9 @@ pub struct Arguments {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Unit {
-    /// The linear part's static gain is 1.
+    /// The static gain of the linear part is 1.
     StaticGain,
-    /// The linear part's first coefficient after the delay is 1.
+    /// The first coefficient of the linear part after the delay is 1.
     FirstCoefficient,
 }
 
@@ -179,11 +187,11 @@ impl Arguments {
             hammerstein,
         };
         let structure = self.structure();
-        let or_linear = self.is_default() && structure.name == HAMMERSTEIN.name;
+        let or_another = self.is_default() && structure.name == HAMMERSTEIN.name;
         let task = Task {
             structure,
             options,
-            or_linear,
+            or_another,
         };
         Ok((task, note))
     }
@@ -217,7 +225,7 @@ impl Arguments {
         (
             Task {
                 structure: linear,
-                or_linear: false,
+                or_another: false,
                 ..task
             },
             Some(note),

@@ -22,28 +22,31 @@ const LOOKED_AT: usize = 300_000;
 
 /// Look at a record: what its columns are like, what depends on what, and which command to type next.
 ///
-/// Of every column: its range, missing samples, outliers, levels, steps of rounding, standstill at an extreme and power spectrum. Of the
-/// time: gaps and jitter. Of every pair of columns: does one follow the other, and after how many samples? A record is text in columns, Parquet, MAT, HDF5, or a topic of a ROS 2 bag. If a bag has several topics, the topics and joints are listed.
+/// For each column, the command reports the range, missing samples, outliers, levels (if the column takes few values),
+/// rounding steps, standstill at an extreme value, and the power spectrum. For the time, it reports gaps and jitter.
+/// For each pair of columns, it tests whether one column follows the other, and after how many samples. A record is a
+/// text file with columns (such as CSV), a Parquet, MAT or HDF5 file, or a topic of a ROS 2 bag. If a bag has several
+/// topics, the command lists the topics and the joints.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  flexure look record.csv --report look.html")]
 pub struct Arguments {
-    /// The record; - for the standard input.
+    /// The record, or - for the standard input.
     record: PathBuf,
-    /// The input's column, or A,B for several, where the data and the names do not show it.
+    /// The column of the input, or A,B for several inputs. By default, it is found from the names and the data.
     #[arg(long, value_name = "COLUMN")]
     input: Option<String>,
-    /// The output's column.
+    /// The column of the output. By default, it is found from the names and the data.
     #[arg(long, value_name = "COLUMN")]
     output: Option<String>,
-    /// Sample time in s; by default that of the column of time.
+    /// The sample time in s. By default, it is taken from the time column.
     #[arg(long, value_name = "S", allow_hyphen_values = true, value_parser = arguments::positive)]
     sample_time: Option<f64>,
-    /// Write a page with plots of everything here.
+    /// Write a page with all results and with plots to this file.
     #[arg(long, value_name = "LOOK.html")]
     report: Option<PathBuf>,
     #[command(flatten)]
     reading: Reading,
-    /// Print one JSON object.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
 }

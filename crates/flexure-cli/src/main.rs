@@ -52,7 +52,8 @@ use flexure_io::together;
     arg_required_else_help = true,
     after_help = "Completions for a shell: flexure completions --help. Manual pages: flexure man --help."
 )]
-/// Find the friction, dead zone or saturation inside a system from a log of its input and output; simulate arms with flexible joints.
+/// Find the friction, dead zone or saturation inside a system from a log of its input and output. Simulate arms with
+/// flexible joints.
 struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -11,9 +11,9 @@ use crate::tuning;
 /// A method by name.
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 pub enum MethodName {
-    /// Prediction error over both blocks: breakpoints, noise model and standard errors from the data.
+    /// Minimise the prediction error over both blocks. Breakpoints, noise model and standard errors come from the data.
     Refined,
-    /// The method of the paper: kernel regression and correlation.
+    /// The method of the paper on which Flexure is based: kernel regression and correlation.
     Plain,
 }
 
@@ -21,35 +21,38 @@ pub enum MethodName {
 #[derive(clap::Args)]
 #[command(next_help_heading = "Options of --method refined")]
 pub struct RefinedOptions {
-    /// Fit this form to the nonlinearity and test whether it suffices: dead-zone, saturation, limited-dead-zone, quantizer, polynomial:N,
-    /// friction or stiffness.
+    /// Fit a nonlinearity of this form, and test whether this form suffices: dead-zone, saturation, limited-dead-zone,
+    /// quantizer, polynomial:N (N is the degree, from 1 to 15), friction or stiffness.
     #[arg(long, value_name = "FORM", value_parser = form)]
     form: Option<PhysicalForm>,
-    /// Estimator of the nonlinearity that the refinement starts from: kernel (the default) or another that --nonlinearity has.
+    /// The estimator of the nonlinearity from which the refinement starts. The default is kernel.
     #[arg(long, value_name = "NAME", value_parser = arguments::estimator())]
     start: Option<EstimatorName>,
 }
 
 /// The options of the plain method alone.
 #[derive(clap::Args)]
-#[command(next_help_heading = "Options of --method plain; each of them selects it")]
+#[command(next_help_heading = "Options of --method plain (each of these options selects it)")]
 pub struct PlainOptions {
-    /// Lag of the regression of output on input: 'strongest' dependence (the default), 'delay' (the paper's), or a number.
+    /// The lag of the regression of the output on the input, in samples. The default is strongest: the lag of the
+    /// strongest dependence. With delay, it is the delay of the model, as in the paper.
     #[arg(long, value_name = "strongest|delay|N", allow_hyphen_values = true, value_parser = regression_lag)]
     lag: Option<RegressionLag>,
-    /// Estimator of the nonlinearity: kernel, the paper's, unless given.
+    /// The estimator of the nonlinearity. The default is kernel, as in the paper.
     #[arg(long, value_name = "NAME", value_parser = arguments::estimator())]
     nonlinearity: Option<EstimatorName>,
-    /// Bandwidth of an estimator with a kernel, in the input's unit; auto unless given.
+    /// The bandwidth of an estimator with a kernel, in the unit of the input. The default is auto: it is chosen from
+    /// the data.
     #[arg(long, value_name = "auto|H", allow_hyphen_values = true, value_parser = arguments::auto_positive)]
     bandwidth: Option<Auto<f64>>,
-    /// Tuning parameter of the other estimators: neighbours, terms, levels, degree, penalty or units; auto unless given.
+    /// The tuning parameter of an estimator without a kernel: its neighbours, terms, levels, degree, penalty or units.
+    /// The default is auto: it is chosen from the data.
     #[arg(long, value_name = "auto|P", allow_hyphen_values = true, value_parser = arguments::auto_number)]
     parameter: Option<Auto<f64>>,
-    /// Kernel, epanechnikov unless given: uniform, triangular, epanechnikov, biweight, triweight or gaussian.
+    /// The kernel: uniform, triangular, epanechnikov, biweight, triweight or gaussian. The default is epanechnikov.
     #[arg(long, value_name = "NAME", value_parser = arguments::kernel)]
     kernel: Option<Kernel>,
-    /// Treat the input as white, as the paper does, even where it is not.
+    /// Treat the input as white, as the paper does, even if it is not white.
     #[arg(long)]
     ignore_colour: bool,
 }

@@ -10,11 +10,12 @@ use crate::arguments::{self, Auto, Usage};
 /// How the record repeats itself.
 #[derive(clap::Args)]
 pub struct PeriodOptions {
-    /// Period of the input in samples, for the best linear approximation; auto looks whether the input repeats itself.
+    /// The period of the input, in samples, for the best linear approximation. With auto, Flexure finds out whether the
+    /// input repeats itself.
     #[arg(long, value_name = "auto|N", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_count)]
     period: Auto<usize>,
-    /// The record consists of N parts of equal length. Each is another realisation of a periodic input. This tells noise from nonlinear
-    /// distortion.
+    /// The number of parts of equal length in the record. Each part is another realisation of a periodic input. Several
+    /// realisations show what is noise and what is nonlinear distortion.
     #[arg(long, value_name = "N", default_value = "1", allow_hyphen_values = true, value_parser = arguments::count_from_one)]
     realisations: usize,
 }

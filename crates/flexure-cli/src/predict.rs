@@ -17,11 +17,12 @@ use crate::arguments::{self, Usage};
 use crate::output::{print, print_note};
 use crate::progress::spinning;
 
-/// Simulate a model under a record's input, or predict its output from the past.
+/// Simulate a model under the input of a record, or predict its output from past outputs.
 ///
-/// Writes the columns t (in s, where the record has instants), measured (where it has the output), predicted and error, one row a
-/// sample of the record. Without --horizon the prediction is the free run: it sees the input, and of the output only the first
-/// samples, for the state in which the record begins.
+/// The command writes one row for each sample of the record, with these columns: t (in s, if the record has a time
+/// column), measured (if the record has the output), predicted, and error (if the record has the output). Without
+/// --horizon, the prediction is a free run: the model sees only the input. The first samples of the output are used
+/// only to estimate the state at the start.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  flexure predict model.json fresh.csv -o predicted.csv\n  flexure predict model.json fresh.csv --horizon 5 -o predicted.csv"
@@ -29,13 +30,13 @@ use crate::progress::spinning;
 pub struct Arguments {
     #[command(flatten)]
     applied: ModelOnRecord,
-    /// Predict K samples ahead: every value uses the outputs up to K samples before it.
+    /// Predict K samples ahead: each value also uses the measured outputs up to K samples before it.
     #[arg(long, value_name = "K", allow_hyphen_values = true, value_parser = arguments::count_from_one)]
     horizon: Option<usize>,
-    /// Write the prediction here: .csv or .parquet.
+    /// Write the prediction to this file: .csv or .parquet.
     #[arg(short = 'o', long = "out", value_name = "OUT.csv")]
     out: PathBuf,
-    /// Print one JSON object.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
 }
@@ -198,9 +199,9 @@ impl Predicted {
         lines.extend(self.ahead.as_ref().map(|ahead| ahead.description.clone()));
         lines.push(format!("free run {}", self.free.description()));
         lines.extend(self.measures.map(|m| {
-            let other = if self.first > 0 { "other " } else { "" };
+            let remaining = if self.first > 0 { "remaining " } else { "" };
             let (fit, rms) = (fit(m.fit_percent, 2), number(m.rms));
-            format!("fit {fit}, RMS error {rms} over the {} {other}samples", m.samples)
+            format!("fit {fit}, RMS error {rms} over the {remaining}{} samples", m.samples)
         }));
         let below = self.measures.is_some_and(|m| m.fit_percent < 0.0);
         lines.extend(below.then(|| BELOW_ZERO.to_owned()));

@@ -21,9 +21,10 @@ use crate::steps::{STEPS, Steps, columns};
 
 /// Cut, resample, filter, clean or merge records.
 ///
-/// Reads one or several files, and writes one record with the time in s as column 't'. Says what was done, one line for each step. The
-/// steps have a fixed order, whatever the order of the options: keep, cut, convert, outliers, merge and resample, fill, low-pass, means and
-/// trends. Several files are merged at the instants of the first; they are resampled where their instants differ.
+/// The command reads one or several files and writes one record. The time in the new record is the column 't', in s.
+/// The command says what it did, in one line for each step. The steps have a fixed order: keep, cut, convert, outliers,
+/// merge and resample, fill, low-pass, means and trends. The order of the options does not matter. Several files are
+/// merged at the instants of the first file. If the instants of the files differ, the columns are resampled.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  flexure prepare record.csv --cut-samples 100: --outliers y --fill 3 -o clean.csv\n  flexure prepare record.csv --sample-time 0.01 --resample 0.02 --hold u --remove-mean y -o slow.csv"
@@ -32,42 +33,46 @@ pub struct Arguments {
     /// The files: any records that `flexure` reads.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Keep these columns and the time: A,B,...
+    /// Keep only these columns and the time: A,B,... By default, all columns are kept.
     #[arg(long, help_heading = STEPS, value_name = "COLUMNS")]
     keep: Option<String>,
-    /// Keep the samples from A to B, both included, in s of the record's own clock; either may be left out.
+    /// Keep the samples from time A to time B, in s of the record's own clock. The samples at A and at B are kept. A or
+    /// B may be left out.
     #[arg(long, help_heading = STEPS, value_name = "A:B", allow_hyphen_values = true, conflicts_with = "cut_samples", value_parser = time_range)]
     cut: Option<[Option<f64>; 2]>,
-    /// Keep the samples from number A to the one before B, counted from 0; either may be left out.
+    /// Keep the samples from number A to number B - 1. The first sample has the number 0. A or B may be left out.
     #[arg(long, help_heading = STEPS, value_name = "A:B", value_parser = sample_range)]
     cut_samples: Option<[Option<usize>; 2]>,
-    /// Convert the unit of a column, for example q=rad; q=deg:rad where the file does not say its unit, q=rev/4096:rad for counts of an
-    /// encoder. May be given more than once.
+    /// Convert the unit of a column, for example q=rad. If the file does not say the unit of the column, name both
+    /// units: q=deg:rad, or q=rev/4096:rad for an encoder with 4096 counts per revolution. This option may be given
+    /// several times.
     #[arg(long, help_heading = STEPS, value_name = "COLUMN=UNIT", value_parser = conversion)]
     convert: Vec<Conversion>,
     #[command(flatten)]
     steps: Steps,
-    /// Take out what is faster than HZ from all columns, without a delay.
+    /// Filter all columns by a low-pass with the cutoff frequency HZ, in Hz. It takes out what is faster, and causes no
+    /// delay.
     #[arg(long, help_heading = STEPS, value_name = "HZ", value_parser = arguments::positive)]
     low_pass: Option<f64>,
-    /// The order of the Butterworth low-pass, which is run forward and backward; even.
+    /// The order of the low-pass: an even number. The low-pass is a Butterworth filter that is run forward and
+    /// backward.
     #[arg(long, help_heading = STEPS, value_name = "N", default_value_t = 4, requires = "low_pass", value_parser = arguments::even_order)]
     order: usize,
-    /// Take the mean off these columns: A,B,... or all.
+    /// Subtract the mean from these columns: A,B,... or all.
     #[arg(long, help_heading = STEPS, value_name = "COLUMNS")]
     remove_mean: Option<String>,
-    /// Take the straight line off these columns: A,B,... or all.
+    /// Subtract the straight-line trend from these columns: A,B,... or all.
     #[arg(long, help_heading = STEPS, value_name = "COLUMNS")]
     detrend: Option<String>,
-    /// The sample time in s, of a record without a column of time, or in place of one whose stamps are not exact.
+    /// The sample time in s. Give it for a record without a time column, or to replace time stamps that are not exact.
     #[arg(long, value_name = "S", value_parser = arguments::positive)]
     sample_time: Option<f64>,
-    /// Write the record here: .csv or .parquet.
+    /// Write the new record to this file: .csv or .parquet.
     #[arg(short = 'o', long = "out", value_name = "OUT.csv")]
     out: PathBuf,
     #[command(flatten)]
     reading: Reading,
-    /// Print one JSON object.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
 }
@@ -156,7 +161,7 @@ impl Arguments {
         ];
         if let Some((option, _)) = steps.iter().find(|(_, given)| *given && table.instants.is_none()) {
             bail!(
-                "{}: {option} needs the sample time, and there is no column of time; name it by --time, or give --sample-time{}",
+                "{}: {option} needs the sample time, and there is no time column; name it by --time, or give --sample-time{}",
                 table.name,
                 file.sample_time_hint()
             );

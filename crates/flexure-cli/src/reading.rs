@@ -24,34 +24,38 @@ pub const HEADING: &str = "Reading the record";
 #[derive(clap::Args)]
 #[command(next_help_heading = HEADING)]
 pub struct Reading {
-    /// The separator of the columns. By default it is the one that divides all lines into equally many fields.
+    /// The separator of the columns. By default, it is the one that divides all lines into equally many fields.
     #[arg(long, value_name = "NAME")]
     separator: Option<Separator>,
-    /// The decimal sign of the numbers, where commas may also group thousands.
+    /// The decimal sign of the numbers. You need this option only if a comma may also group thousands, as in 1,250.
     #[arg(long, value_name = "SIGN")]
     decimal: Option<DecimalSign>,
-    /// Whether the first line has the columns' names; by default it has if it is text above numbers.
+    /// Whether the first line contains the names of the columns. By default, it does if it is text and numbers stand
+    /// below it.
     #[arg(long, value_name = "yes|no")]
     header: Option<Answer>,
-    /// Leave out N lines before the table.
+    /// Skip the first N lines of the file, which stand above the table.
     #[arg(long, value_name = "N")]
     skip_lines: Option<u64>,
-    /// The column of the sample instants; by default the one called t, time, timestamp or similar ("Time [s]", time_ms).
+    /// The time column: it contains the sample instants. By default, it is the column called t, time, timestamp or
+    /// similar, such as "Time [s]" or time_ms.
     #[arg(long, value_name = "COLUMN")]
     time: Option<String>,
     /// The format of time stamps that are not ISO 8601, for example "%d.%m.%Y %H:%M:%S%.f".
     #[arg(long, value_name = "FORMAT")]
     time_format: Option<String>,
-    /// Texts that stand for a missing sample, separated by commas, in addition to nan, NA, #N/A and the like.
+    /// Texts that stand for a missing sample, separated by commas. They are added to nan, NA, #N/A and the like.
     #[arg(long, value_name = "TEXTS", value_delimiter = ',', allow_hyphen_values = true)]
     missing_text: Vec<String>,
-    /// For a ROS 2 bag: the topic. It is not needed if only one topic has numbers, or the joint. For an HDF5 file: the group.
+    /// In a ROS 2 bag: the topic to read. Without --joint, you need this option only if several topics have numbers.
+    /// With --joint, you need it only if several topics have this joint. In an HDF5 file: the group to read.
     #[arg(long, value_name = "NAME")]
     topic: Option<String>,
-    /// For a ROS 2 bag: the joint. Its columns are position, velocity and effort.
+    /// In a ROS 2 bag: the joint to read. The columns of the record are then position, velocity and effort.
     #[arg(long, value_name = "NAME")]
     pub joint: Option<String>,
-    /// The most memory that the record may take, for example 8GiB; by default 4GiB, or a twentieth of the free memory where that is less.
+    /// The most memory that the record may take, for example 8GiB. By default, it is 4GiB, or one twentieth of the free
+    /// memory if that is less.
     #[arg(long, value_name = "SIZE", value_parser = arguments::memory)]
     memory: Option<u64>,
 }

@@ -18,25 +18,26 @@ use crate::output::{print, print_result, this_command};
 use crate::progress::spinning;
 use crate::source::Switches;
 
-/// Write the page that shows a model, judged on a record.
+/// Write a page that shows a model and judges it on a record.
 ///
-/// On the record that the model was identified from, this is the page of `flexure identify --report`, but without what only
-/// the identification knows: the bands of the curves and what was tried. On any other record the model is judged on all
-/// samples behind its settling time.
+/// If the model was identified from this record, the page is that of `flexure identify --report`. It lacks only what
+/// the model file does not contain: the bands of the curves, and what was tried. On any other record, the model is
+/// judged on all samples after its settling time.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  flexure report model.json fresh.csv -o page.html")]
 pub struct Arguments {
     #[command(flatten)]
     applied: ModelOnRecord,
-    /// Leave the first N samples out of the verdict.
+    /// Leave the first N samples out of the verdict. By default, the samples that were used for the fit are left out.
+    /// On any other record, the default is the settling time of the model, but at most one tenth of the record.
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = arguments::count)]
     skip: Option<usize>,
     #[command(flatten)]
     switches: Switches,
-    /// Write the page here.
+    /// Write the page to this file.
     #[arg(short = 'o', long = "out", value_name = "PAGE.html")]
     out: PathBuf,
-    /// Print one JSON object.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
 }

@@ -29,12 +29,12 @@ pub struct Source {
 /// Options on the output that a model's record may have had, and records like it then have too.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]
 pub struct Switches {
-    /// Leave samples whose output is missing (NaN, or an empty field) out of the verdict instead of refusing them. A model that was
-    /// identified with this option is judged with it.
+    /// Do not use samples whose output is missing (NaN or an empty field) for the verdict. Without this option, such
+    /// samples are an error. If the model was identified with --missing, this option is set automatically.
     #[arg(long)]
     pub missing: bool,
-    /// Leave outliers of the output out of the verdict: samples far from the model and from the neighbouring samples. A model that was
-    /// identified with this option is judged with it.
+    /// Do not use outliers of the output for the verdict. An outlier is a sample that is far from the model and from
+    /// the neighbouring samples. If the model was identified with --robust, this option is set automatically.
     #[arg(long)]
     pub robust: bool,
 }
@@ -227,7 +227,7 @@ impl Source {
         }
         if !said.is_empty() {
             print_note(&format!(
-                "note: {} is read as the model's record was: {}",
+                "note: {} is read with the options of the model's log: {}",
                 shown_path(record),
                 said.join(" ")
             ));

@@ -13,23 +13,28 @@ pub const STEPS: &str = "Preparing the record, in this order";
 /// The steps.
 #[derive(Clone, clap::Args)]
 pub struct Steps {
-    /// Make outliers of these columns missing samples: A,B,... or all. An outlier is far away from its neighbours.
+    /// Treat the outliers in these columns as missing samples: A,B,... or all. An outlier is a sample that is far away
+    /// from its neighbours.
     #[arg(long, help_heading = STEPS, value_name = "COLUMNS")]
     outliers: Option<String>,
-    /// How far an outlier is away from the median of its neighbours, in robust standard deviations.
+    /// A sample is an outlier if it is farther than this from the median of its neighbours, in robust standard
+    /// deviations.
     #[arg(long, help_heading = STEPS, value_name = "DEVIATIONS", default_value_t = Outliers::default().threshold, requires = "outliers", value_parser = arguments::positive)]
     threshold: f64,
-    /// How many samples on either side are a sample's neighbours.
+    /// The number of neighbours on either side of a sample.
     #[arg(long, help_heading = STEPS, value_name = "N", default_value_t = Outliers::default().neighbours, requires = "outliers", value_parser = arguments::count_from_one)]
     neighbours: usize,
-    /// Bring the record to a uniform sample time of DT s, also from instants that jitter. A longer sample time comes with a filter against aliases.
+    /// Resample the record to a uniform sample time of DT, in s. The instants of the record may jitter. If DT is longer
+    /// than the sample time of the record, a filter prevents aliases.
     #[arg(long, help_heading = STEPS, value_name = "DT", value_parser = arguments::positive)]
     pub resample: Option<f64>,
-    /// These columns hold their value between samples, as commands do: A,B,... The others are taken as smooth.
+    /// Columns that hold their value between two samples, as commands do: A,B,... Between the samples of the other
+    /// columns, a smooth curve is assumed. Give this option only if the record is resampled.
     #[arg(long, help_heading = STEPS, value_name = "COLUMNS", value_delimiter = ',')]
     hold: Vec<String>,
-    /// Interpolate gaps of at most N missing samples; by default 3 where something is resampled, else none.
-    /// The output of a block model is never filled: its missing samples do not count. A joint's columns are all filled.
+    /// Interpolate gaps of at most N missing samples. By default, N is 3 if the record is resampled, and 0 otherwise.
+    /// The output of a block model is never filled: its missing samples do not count. For a joint, all columns are
+    /// filled.
     #[arg(long, help_heading = STEPS, value_name = "N", value_parser = arguments::count)]
     pub fill: Option<usize>,
 }

@@ -18,9 +18,10 @@ use crate::progress::Progress;
 
 /// Measure how fast the estimators converge, and compare with theory.
 ///
-/// Simulates every setting at several numbers of samples, many times, and puts the slope of log error over log n next to the
-/// exponent of Theorem 1 (static data), Theorem 2 (Hammerstein data) or of the estimator's own theory. The default takes under a
-/// minute; --full goes up to a million samples, and with --resume can be stopped and continued.
+/// The command simulates every setting many times, at several numbers of samples n. It compares the slope of log error
+/// over log n with the exponent from theory. The theory is Theorem 1 (static data), Theorem 2 (Hammerstein data), or
+/// the estimator's own theory. By default, the study takes less than a minute. With --full, it goes up to a million
+/// samples. With --resume, it can be stopped and continued.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  flexure study rates --report rates.html\n  flexure study rates --full --resume rates-state.json --report rates.html"
@@ -29,8 +30,8 @@ pub struct Arguments {
     /// The experiment.
     #[arg(value_enum)]
     what: What,
-    /// Its parts, separated by commas: plain (Theorems 1 and 2), refined, estimators (every static estimator
-    /// but the network), networks.
+    /// The parts of the experiment, separated by commas: plain (Theorems 1 and 2), refined, estimators (every static
+    /// estimator but the network), networks.
     #[arg(
         long,
         value_name = "PART[,PART...]",
@@ -39,25 +40,26 @@ pub struct Arguments {
         default_value = "plain,refined"
     )]
     parts: Vec<Part>,
-    /// More samples and more runs: about half an hour.
+    /// Use more samples and more runs. This takes about half an hour.
     #[arg(long)]
     full: bool,
-    /// Numbers of samples, at least two, increasing, instead of each part's own.
+    /// The numbers of samples: at least two, in increasing order. By default, each part has its own.
     #[arg(long, value_name = "N,N[,N...]", value_delimiter = ',', value_parser = arguments::whole::<SHORTEST, LONGEST>)]
     lengths: Vec<usize>,
-    /// Monte Carlo runs of each setting and number of samples, at least 20, instead of each part's own.
+    /// The number of Monte Carlo runs for each setting and each number of samples: at least 20. By default, each part
+    /// has its own.
     #[arg(long, value_name = "N", value_parser = arguments::whole::<FEWEST_RUNS, MOST_RUNS>)]
     runs: Option<usize>,
-    /// Seed of all random numbers.
+    /// The seed of all random numbers.
     #[arg(long, value_name = "N", default_value = "1")]
     seed: u64,
-    /// Keep what has been measured here, and go on from it if it exists.
+    /// Keep the measurements in this file. If the file exists, the study goes on from it.
     #[arg(long, value_name = "STATE.json")]
     resume: Option<PathBuf>,
-    /// Write a page with the plots here.
+    /// Write a page with the plots to this file.
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
-    /// Print one JSON object.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
 }

@@ -17,23 +17,23 @@ use crate::source::Switches;
 
 /// Judge a model on a record that was not used for its fit.
 ///
-/// Simulates the model under the record's input and compares with its output: fit in percent, RMS error, and tests
-/// whether the error still depends on the input.
+/// The command simulates the model under the input of the record, and compares the result with the output of the
+/// record. It reports the fit in percent and the RMS error. It tests whether the error still depends on the input.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  flexure validate model.json fresh.csv --report page.html")]
 pub struct Arguments {
     #[command(flatten)]
     applied: ModelOnRecord,
-    /// Leave the first N samples out of the comparison, as the state at the start is not known. By default the model's
-    /// settling time, at most a tenth of the record.
+    /// Leave the first N samples out of the comparison, because the state at the start is not known. By default, N is
+    /// the settling time of the model, but at most one tenth of the record.
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = arguments::count)]
     skip: Option<usize>,
     #[command(flatten)]
     switches: Switches,
-    /// Write the page of the model on this record here, as flexure report does.
+    /// Write the page of the model on this record to this file. It is the page that flexure report writes.
     #[arg(long, value_name = "PAGE.html")]
     report: Option<PathBuf>,
-    /// Print one JSON object.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
 }

@@ -124,13 +124,15 @@ fn inputs_beyond_the_curve() {
         assert_eq!(outcome.code, Some(1), "{outcome:?}");
         assert!(outcome.stderr.starts_with("error: huge.csv, line "), "{outcome:?}");
     }
-    let warning =
-        "warning: 1 input sample lies outside the range in which the nonlinearity was identified; there it is";
+    let warning = "warning: 1 input sample lies outside the range in which the nonlinearity was identified; there it";
     for command in [predict, validate] {
         for model in ["nan", "nearest", "linear"] {
             assert!(!folder.done(&command(model, "within")).contains("warning"), "{model}");
         }
-        for (model, behaviour) in [("nearest", "held at its end value"), ("linear", "continued straight")] {
+        for (model, behaviour) in [
+            ("nearest", "is held at its end value"),
+            ("linear", "continues as a straight line"),
+        ] {
             let printed = folder.said(&command(model, "beyond"));
             assert!(printed.contains(&format!("{warning} {behaviour}")), "{printed}");
         }

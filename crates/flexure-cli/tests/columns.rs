@@ -134,7 +134,7 @@ fn a_model_says_how_records_like_its_own_are_read() {
     folder.done(&format!(
         "identify log.csv --input u --output y {options} -o model.json"
     ));
-    let note = format!("note: later.csv is read as the model's record was: {options}\n");
+    let note = format!("note: later.csv is read with the options of the model's log: {options}\n");
     for command in ["validate model.json later.csv", "compare model.json later.csv"] {
         let as_kept = folder.run(command);
         assert_eq!((as_kept.code, &as_kept.stderr), (Some(0), &note), "{command}");
@@ -156,7 +156,7 @@ fn a_model_says_how_records_like_its_own_are_read() {
     let outcome = folder.run("validate topic.json plain.csv --decimal point");
     assert_eq!(
         outcome.stderr,
-        "note: plain.csv is read as the model's record was: --missing\n"
+        "note: plain.csv is read with the options of the model's log: --missing\n"
     );
     folder.known("r.csv", 900, 1);
     folder.done("identify r.csv --input u --output y -o tidy.json");

@@ -53,7 +53,7 @@ fn a_controller_has_an_object_with_its_figures() {
     // The same seeds give the same figures.
     assert_eq!(folder.json("control s.toml --seeds 3"), object);
     let said = folder.said("control s.toml");
-    assert!(said.starts_with("Smallest error of the tip: "), "{said}");
+    assert!(said.starts_with("Smallest maximum error of the tip: "), "{said}");
 }
 
 /// What a loop recorded can be looked at and identified from as any other record.
@@ -80,7 +80,7 @@ fn presets_are_files_that_read_back() {
             "control --preset {name} --write-scenario {name}.toml --dry-run"
         ));
         let said = folder.said(&format!("control {name}.toml --dry-run"));
-        assert_eq!(said.trim(), format!("{name}.toml: nothing wrong"));
+        assert_eq!(said.trim(), format!("{name}.toml: no errors found"));
     }
     // Shapers, each against the same servo without one: the robust one leaves a twentieth of the vibration 20 % off its frequencies.
     let object = folder.json("control rest-to-rest.toml");

@@ -311,7 +311,7 @@ fn a_clock_that_jitters_too_much_is_resampled() {
     assert!(
         validated
             .stderr
-            .contains("is read as the model's record was: --hold u --resample 0.01"),
+            .contains("is read with the options of the model's log: --hold u --resample 0.01"),
         "{validated:?}"
     );
 }

@@ -98,7 +98,7 @@ fn options_of_the_plain_method_imply_it() {
     }
     let help = folder.done("identify --help");
     assert!(
-        help.contains("Options of --method plain; each of them selects it:"),
+        help.contains("Options of --method plain (each of these options selects it):"),
         "{help}"
     );
 }

@@ -101,7 +101,7 @@ fn cuts() {
     folder.known("untimed.csv", 10, 1);
     folder.failed(
         "prepare untimed.csv --cut 1:2 -o new.csv",
-        "untimed.csv: --cut needs the sample time, and there is no column of time; name it by --time, or give --sample-time",
+        "untimed.csv: --cut needs the sample time, and there is no time column; name it by --time, or give --sample-time",
     );
 }
 
@@ -205,7 +205,7 @@ fn filters_means_and_trends() {
     });
     folder.failed(
         "prepare r.csv --low-pass 5 -o new.csv",
-        "r.csv: --low-pass needs the sample time, and there is no column of time; name it by --time, or give --sample-time",
+        "r.csv: --low-pass needs the sample time, and there is no time column; name it by --time, or give --sample-time",
     );
     folder.failed(
         "prepare r.csv --sample-time 0.01 --low-pass 50 -o new.csv",
@@ -277,7 +277,7 @@ fn files_are_merged_at_their_instants() {
     folder.known("untimed.csv", 100, 1);
     folder.failed(
         "prepare motor.csv untimed.csv -o new.csv",
-        "untimed.csv has no column of time, and another file has; name its column, or merge files without",
+        "untimed.csv has no time column, and another file has; name its column, or merge files without",
     );
 }
 

@@ -79,7 +79,7 @@ fn a_verdict_is_not_hidden_by_outliers() {
     ] {
         let outcome = folder.run(command);
         assert_eq!(
-            outcome.stderr.contains("as the model's record was: --robust"),
+            outcome.stderr.contains("with the options of the model's log: --robust"),
             noted,
             "{outcome:?}"
         );

@@ -34,7 +34,7 @@ fn a_model_prepares_later_logs_as_its_own() {
     let renamed = "--input command --output speed";
     let raw = folder.run(&format!("validate model.json later.csv {renamed}"));
     assert_eq!(raw.code, Some(0), "{raw:?}");
-    let said = "later.csv is read as the model's record was: --fill 2 --hold u --resample 0.01";
+    let said = "later.csv is read with the options of the model's log: --fill 2 --hold u --resample 0.01";
     assert!(raw.stderr.contains(said), "{raw:?}");
     assert!(
         raw.stderr.contains("'command' keeps its value between samples"),
@@ -125,7 +125,7 @@ fn steps_that_cannot_be_done() {
     );
     folder.failed(
         &format!("{identify} --resample 0.01"),
-        "r.csv: a new sample time needs the sample time, and there is no column of time",
+        "r.csv: a new sample time needs the sample time, and there is no time column",
     );
     let in_vain = "--hold says what a column does between its samples where it is resampled; give --resample too";
     folder.misused(&format!("{identify} --hold u"), in_vain);

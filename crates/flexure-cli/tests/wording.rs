@@ -65,7 +65,11 @@ fn a_loop_says_what_it_does_as_a_whole_before_its_parts() {
 fn a_validation_that_fails_says_how_much_is_missed_and_what_to_type() {
     let folder = Folder::new();
     write_record(folder.path("r.csv"), &spring(3000)).unwrap();
-    folder.done("identify r.csv --input force --output position --structure linear --sample-time 0.1 -o model.json");
+    let linear = folder
+        .done("identify r.csv --input force --output position --structure linear --sample-time 0.1 -o model.json");
+    // Another structure in place of the one that does not hold.
+    let other = "next: flexure identify r.csv --input force --output position --sample-time 0.1 -o model.json --structure auto\n";
+    assert!(linear.ends_with(other), "{linear}");
     let later = common::known(3000, 3);
     let columns = ["u", "y"].map(|name| later.column(name).unwrap().to_vec());
     let [u, y] = columns;

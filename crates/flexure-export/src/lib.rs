@@ -205,6 +205,9 @@ fn about(model: &ModelFile, program: &Program<'_>) -> Vec<String> {
             .to_owned(),
     );
     lines.extend(program.ranges());
-    lines.push("An input that is NaN makes the output NaN, of a linear part until the next reset; a NARX polynomial takes it for the mean.".to_owned());
+    lines.push(
+        "An input that is NaN makes the output NaN. Linear parts and loops stay NaN until the next reset. A NARX model uses the mean in place of NaN."
+            .to_owned(),
+    );
     lines.iter().map(|line| name::plain(line)).collect()
 }

@@ -45,7 +45,7 @@ impl ReadOptions {
     /// - Numbers have decimal points, or decimal commas where a comma does not separate columns. A unit may follow each, as in `1.5 V`.
     ///   The words false and true, off and on, no and yes are 0 and 1.
     /// - A mark at the beginning says that the text is UTF-16. Otherwise it is UTF-8, or Latin-1.
-    /// - A column of time stamps (ISO 8601, or dates with slashes where a row says whether the month comes first) becomes seconds from its
+    /// - A time column stamps (ISO 8601, or dates with slashes where a row says whether the month comes first) becomes seconds from its
     ///   first. A column of texts is no signal; the other columns can still be used.
     /// - Instants that count ms, µs or ns from 1970 are recognised by their size. Where instants decrease and never increase, the newest
     ///   sample comes first: the rows are taken from the last to the first.

@@ -165,7 +165,7 @@ pub struct RecordFile {
     pub notes: Vec<String>,
     /// The scalars of a MAT file, in order; empty for all other formats.
     pub constants: Vec<(String, f64)>,
-    /// The origins of columns of time stamps, in ns.
+    /// The origins of time columns stamps, in ns.
     pub(crate) origins: Vec<(String, i64)>,
     pub(crate) others: Vec<Other>,
     /// The texts among the numbers of columns that are therefore no signals.

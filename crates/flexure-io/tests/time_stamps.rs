@@ -181,7 +181,7 @@ fn a_logger_with_dates_and_times_in_two_columns() {
         &read_with(&options, "us_date_and_time", content).unwrap(),
         &["time", "u"],
     );
-    // A third column of time stamps: which one has the instants is not guessed.
+    // A third time column stamps: which one has the instants is not guessed.
     let three =
         "timestamp,date,time,u\n2026-06-01 00:00:00,2026-06-01,00:00:01,1\n2026-06-01 00:00:01,2026-06-01,00:00:02,2\n";
     let file = read("three_stamps", three);

@@ -159,7 +159,7 @@ fn separators_below_the_samples_are_no_sample() {
     );
     assert_eq!(file.record.len(), 33);
     assert!(file.column("t").unwrap()[31].is_nan());
-    // Without a column of time as well.
+    // Without a time column as well.
     let file = read("separators_untimed", "u,y\n1,2\n2,3\n3,5\n,\n");
     assert_eq!(file.record.len(), 3);
     let file = read("separators_alone", format!("u,y\n{}", ",\n".repeat(30)) + "1,2\n");

@@ -24,6 +24,14 @@ pub fn quoted<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     joined(&names)
 }
 
+/// A joint for reading: its name, after the word "joint" if the name does not have it.
+pub fn joint_name(name: &str) -> String {
+    match name.to_lowercase().contains("joint") {
+        true => name.to_owned(),
+        false => format!("joint {name}"),
+    }
+}
+
 /// Values of a parameter for reading: whole numbers as they are.
 pub fn list(values: &[f64]) -> String {
     values.iter().map(|&v| short(v)).collect::<Vec<_>>().join(", ")
@@ -44,6 +52,12 @@ pub fn grouped(number: usize) -> String {
 
 #[cfg(test)]
 mod tests {
+    #[test]
+    fn the_word_joint_is_not_doubled() {
+        let shown = ["joint1", "shoulder_pan_Joint", "elbow", "'elbow'"].map(super::joint_name);
+        assert_eq!(shown, ["joint1", "shoulder_pan_Joint", "joint elbow", "joint 'elbow'"]);
+    }
+
     #[test]
     fn thousands_are_grouped() {
         let shown = [0, 12, 999, 1000, 12_000, 123_456, 1_234_567].map(super::grouped);

@@ -308,7 +308,7 @@ pub enum DataError {
     },
     /// A record is sampled too slowly for the motion in it.
     #[error(
-        "a sample time of {} s is too long: the motion still stands out at {} Hz, and what happens between the samples is lost; sample \
+        "a sample time of {} s is too long: the motion still has power at {} Hz, and what happens between the samples is lost; sample \
          faster, or use torques that change more slowly, such as those of flexure excite", decimal(*step), short(*band)
     )]
     SampledTooSlowly {
@@ -328,8 +328,8 @@ pub enum DataError {
     /// A joint of an arm with flexible joints shows no deflection.
     #[error(
         "no flexibility is seen at joint {joint}: of the difference between motor and link the torque explains {} rad \
-         (root mean square), less than three times the encoders' noise of {} rad, which determines no stiffness curve; load it more, measure finer, or lock this joint and identify the \
-         other one by itself",
+         (root mean square), less than three times the encoders' noise of {} rad, which determines no stiffness curve; load it more, use \
+         an encoder of higher resolution, or lock this joint and identify the other one by itself",
         number(*.deflection),
         number(*.noise)
     )]

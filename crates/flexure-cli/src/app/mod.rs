@@ -31,21 +31,21 @@ const LARGEST: u64 = 4 << 30;
 
 /// Work in a browser: drop a record, look, prepare, identify, compare, export.
 ///
-/// The project is a folder of records, models and pages, as the command line writes and reads them. Everything stays on this machine: only
-/// the page at the printed address can use the app. Ctrl-C ends it.
+/// The project is a folder with records, models and pages. They have the same formats as on the command line.
+/// Everything stays on this machine: only the page at the printed address can use the app. Ctrl-C ends the app.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  flexure app project")]
 pub struct Arguments {
-    /// The project's folder; it is made if it is not there.
+    /// The folder of the project. It is created if it does not exist.
     #[arg(default_value = ".")]
     folder: PathBuf,
-    /// The port; 0 takes one that is free.
+    /// The port of the address. With 0, the app takes a free port.
     #[arg(long, value_name = "PORT", default_value_t = 0)]
     port: u16,
-    /// The largest file that is taken, for example 8GiB; by default 4GiB.
+    /// The largest file that the app takes, for example 8GiB. The default is 4GiB.
     #[arg(long, value_name = "SIZE", value_parser = arguments::memory)]
     largest_file: Option<u64>,
-    /// Do not open the page in the browser.
+    /// Do not open the page in the browser. By default, it is opened if the output is a terminal.
     #[arg(long)]
     no_open: bool,
 }
@@ -85,7 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
     });
     print(&format!(
-        "{page}\nCtrl-C ends the app. Whoever has this address can use it."
+        "{page}\nCtrl-C ends the app. Anyone with this address can use the app."
     ))?;
     if opens {
         // The printed address is for users without a browser on this machine. Other users of the machine can see a program's arguments, so

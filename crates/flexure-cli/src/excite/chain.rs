@@ -6,7 +6,7 @@ use flexure::manipulator::chain::{JointPath, NeededDrive};
 use flexure::text::{counted, shown_path};
 use flexure_io::{check_computed, write_record};
 use flexure_workbench::lines::Lines;
-use flexure_workbench::text::number;
+use flexure_workbench::text::{joint_name, number};
 use serde_json::json;
 
 use super::rehearsal::{Rehearsal, rehearse_chain};
@@ -315,7 +315,8 @@ impl ChainTrial<'_> {
         for (((reached, limits), path), (joint, prismatic)) in both.zip(chain.joints().iter().zip(chain.prismatic())) {
             let [effort, place] = if prismatic { ["N", "m"] } else { ["N m", "rad"] };
             lines.sentence(format!(
-                "Joint {joint}: crest factor {:.2}; torque up to {}, position {} from {:.3} {place}, velocity {}",
+                "{}: crest factor {:.2}; torque up to {}, position {} from {:.3} {place}, velocity {}",
+                joint_name(joint),
                 signals::crest_factor(&path.position),
                 of(reached.torque, limits.torque, effort),
                 of(reached.position, limits.position, place),

@@ -28,12 +28,13 @@ use search::{Gains, Setup, Trial};
 
 /// Write torques, or references for position servos, that excite an arm within its limits.
 ///
-/// A chain, from a URDF or a chain file, gets references for all its joints, about the middle of their ranges; the torques that they need follow from its
-/// inertias.
+/// The signals are as large as the limits allow (--max-torque, --max-position, --max-velocity). To find this size, the
+/// command simulates the arm. Every joint that is not locked gets a signal of its own. Then the command rehearses the
+/// experiment: it simulates a record with noise, and `flexure joint` identifies the arm from this record. The printed
+/// text says what such a record can tell and what it cannot.
 ///
-/// The signals are as large as the limits allow: the arm is simulated to find out. Every joint that is not locked gets a signal of its own.
-/// Then the experiment is rehearsed: `flexure joint` identifies the arm from the simulated record with noise. The text says what such a
-/// record can tell and what it cannot.
+/// A chain, from a URDF or a chain file, gets references for all its joints. Each joint moves about the middle of its
+/// range. The torques that the references need are computed from the inertias of the chain.
 #[derive(clap::Args)]
 #[command(group(ArgGroup::new("source").required(true).args(["arm", "preset"])))]
 #[command(after_help = "Examples:\n  \
@@ -41,74 +42,81 @@ use search::{Gains, Setup, Trial};
     flexure excite arm.toml --kind chirp --f-max 3 --max-torque 10 --max-position 1.5 -o chirp.csv\n  \
     flexure excite robot.urdf --max-torque 80 --max-velocity 1 --f-max 1 -o reference.csv\n  \
     flexure excite arm.toml --reference --f-max 1 --max-torque 40 --max-position 0.5 -o reference.csv\n\n\
-    An arm file plays the torques: [excitation] kind = \"record\", file = \"excitation.csv\".")]
+    To simulate an arm under these torques, write into its arm file:\n  \
+    [excitation]\n  \
+    kind = \"record\"\n  \
+    file = \"excitation.csv\"")]
 pub struct Arguments {
-    /// The arm file, or a chain of links: a URDF, or a chain file.
+    /// The arm file, or a chain of links: a URDF or a chain file.
     #[arg(value_name = "ARM.toml|ROBOT.urdf")]
     arm: Option<PathBuf>,
-    /// A preset in place of an arm file.
+    /// A preset in place of a file. See flexure simulate --help for the names.
     #[arg(long, value_name = "NAME", value_parser = arm_or_chain)]
     preset: Option<String>,
-    /// The signal.
+    /// The kind of signal.
     #[arg(long, value_enum, default_value = "multisine")]
     kind: SignalKind,
-    /// Write angles for position servos of the motors, not torques. Those of a chain are always written.
+    /// Write reference angles for position servos of the motors, instead of torques. For a chain, references are always
+    /// written.
     #[arg(long)]
     reference: bool,
-    /// No gravity acts on a URDF; without this option that of the ground does, z upwards.
+    /// No gravity acts on a URDF. Without this option, gravity is 9.81 m/s^2 along -z.
     #[arg(long, help_heading = "Experiment")]
     no_gravity: bool,
-    /// The largest torque of the motors in N m: one number, or one for each joint.
+    /// The largest torque of the motors in N m (N for a prismatic joint): one number, or one for each joint.
     #[arg(long, value_name = "TAU[,TAU]", value_delimiter = ',', required = true, allow_hyphen_values = true, value_parser = arguments::physical)]
     max_torque: Vec<f64>,
-    /// The largest distance of the links from where they start, in rad.
+    /// The largest distance of each joint from where it starts, in rad (m for a prismatic joint): one number, or one
+    /// for each joint. By default, an arm has no such limit. The joints of a chain always stay within their ranges.
     #[arg(long, value_name = "Q[,Q]", value_delimiter = ',', allow_hyphen_values = true, value_parser = arguments::physical)]
     max_position: Vec<f64>,
-    /// The largest velocity of the links relative to each other, in rad/s.
+    /// The largest velocity of each joint, in rad/s (m/s for a prismatic joint): one number, or one for each joint. It
+    /// is the velocity of a link relative to the link before it. By default, there is no limit.
     #[arg(long, value_name = "V[,V]", value_delimiter = ',', allow_hyphen_values = true, value_parser = arguments::physical)]
     max_velocity: Vec<f64>,
-    /// Duration in s.
+    /// The duration of the signal in s.
     #[arg(long, value_name = "S", default_value = "60", allow_hyphen_values = true, value_parser = arguments::positive)]
     duration: f64,
-    /// Sample time in s.
+    /// The sample time of the signal in s.
     #[arg(long, help_heading = "Experiment", value_name = "S", default_value = "0.001", allow_hyphen_values = true, value_parser = arguments::positive)]
     sample_time: f64,
-    /// The lowest frequency of a multisine or chirp, Hz.
+    /// The lowest frequency of a multisine or chirp, in Hz.
     #[arg(long, value_name = "HZ", default_value = "0.05", allow_hyphen_values = true, value_parser = arguments::positive)]
     f_min: f64,
-    /// The highest frequency of a multisine or chirp, Hz.
+    /// The highest frequency of a multisine or chirp, in Hz.
     #[arg(long, value_name = "HZ", default_value = "3", allow_hyphen_values = true, value_parser = arguments::positive)]
     f_max: f64,
-    /// Time for which each level of a multilevel signal is held, s.
+    /// The time for which a multilevel signal holds each level, in s.
     #[arg(long, value_name = "S", default_value = "0.5", allow_hyphen_values = true, value_parser = arguments::positive)]
     hold: f64,
-    /// Number of levels of a multilevel signal.
+    /// The number of levels of a multilevel signal.
     #[arg(long, value_name = "N", default_value = "7", value_parser = clap::value_parser!(u16).range(2..))]
     levels: u16,
-    /// Seed of the phases or levels, and of the rehearsal's noise.
+    /// The seed of all random numbers: of the phases or levels of the signal, and of the noise in the rehearsal.
     #[arg(long, value_name = "N", default_value = "1")]
     seed: u64,
-    /// Standard deviation of the encoders' noise in the rehearsal, rad.
+    /// The standard deviation of the encoder noise in the rehearsal, in rad.
     #[arg(long, value_name = "RAD", default_value = "1e-5", allow_hyphen_values = true, value_parser = arguments::positive)]
     encoder_noise: f64,
-    /// Standard deviation of the torques' noise in the rehearsal, as a share of the largest torque.
+    /// The standard deviation of the torque noise in the rehearsal, as a share of --max-torque.
     #[arg(long, value_name = "SHARE", default_value = "0.01", allow_hyphen_values = true, value_parser = arguments::positive)]
     torque_noise: f64,
-    /// Write the record here: .csv or .parquet, with columns t, tau1, tau2 (references: t, r1, r2; of a chain t, r_JOINT).
+    /// Write the record to this file: .csv or .parquet. Torques have the columns t, tau1, tau2. References have the
+    /// columns t, r1, r2. For a chain, the columns are t and r_JOINT for each joint.
     #[arg(short = 'o', long = "out", value_name = "RECORD")]
     out: PathBuf,
-    /// Print one JSON object.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum SignalKind {
-    /// Harmonics of equal size with the phases of a low crest factor.
+    /// Harmonics of equal size, with phases for a low crest factor.
     Multisine,
     /// A sine of rising frequency.
     Chirp,
-    /// Random levels, held.
+    /// Random levels. Each level is held for the time --hold. Not for a chain.
     Multilevel,
 }
 

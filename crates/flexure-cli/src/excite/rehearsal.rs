@@ -14,7 +14,7 @@ use super::{Arguments, Extremes};
 use flexure::text::percent;
 use flexure_workbench::joints::{Units, parameter_text};
 use flexure_workbench::lines::Lines;
-use flexure_workbench::text::number;
+use flexure_workbench::text::{joint_name, number};
 
 /// A standard error, or half a band's width, above this share is a poor estimate.
 const POOR: f64 = 0.1;
@@ -44,7 +44,7 @@ pub fn rehearse_chain(trial: &ChainTrial, arguments: &Arguments) -> Result<Rehea
     let loads = JointLoad::of_chain(chain, &positions, arguments.sample_time)?;
     let mut rehearsal = Rehearsal::default();
     for (i, (joint, prismatic)) in chain.joints().iter().zip(chain.prismatic()).enumerate() {
-        let of = format!("joint {joint}: ");
+        let of = format!("{}: ", joint_name(joint));
         let torque = log.column(&format!("tau{i}"))?;
         let found = match trial.drives[i].motor.is_some() {
             true => FlexibleJoint {

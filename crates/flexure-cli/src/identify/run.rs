@@ -1,5 +1,6 @@
 //! The work of `flexure identify`.
 
+use std::ffi::OsString;
 use std::ops::ControlFlow;
 
 use anyhow::{Context as _, Result};
@@ -11,7 +12,7 @@ use super::{Arguments, stream};
 use crate::applied::with_missing;
 use crate::experiments::{self, Experiments};
 use crate::files::{prepare, write_text, wrote};
-use crate::output::{print, print_note, print_result, quoted, this_command};
+use crate::output::{command_line, print, print_note, print_result, quoted, this_command};
 use crate::progress::{spinning, spinning_through};
 
 /// Runs the command.
@@ -99,7 +100,7 @@ impl Made<'_> {
                 ..task.clone()
             };
             // The script on the page names the structure that was found.
-            let of_page = if task.or_linear { &found } else { task };
+            let of_page = if task.or_another { &found } else { task };
             let decoration = Decoration {
                 command: Some(this_command()),
                 python: arguments.python(file, columns, sample_time, of_page),
@@ -117,10 +118,13 @@ impl Made<'_> {
         if arguments.json {
             return print(&identified.json().to_string());
         }
-        // The default structure is one of many.
+        // Without the choices of one structure, and unless only linear has poles for the output, others can be tried.
         let is_one = experiments == 1 && columns.inputs.len() == 1 && identified.in_parts.is_none();
-        let is_default = is_one && arguments.is_default() && task.structure.name == arguments.structure().name;
-        let next = next_command(arguments, &identified, is_default);
+        let has_others = || {
+            let is_free = is_one && identified.result.comparison.is_none() && arguments.given().next().is_none();
+            is_free && Task::integrated(file, columns).is_none()
+        };
+        let next = next_command(arguments, &identified, has_others);
         let next = next.map(|command| [String::new(), format!("next: {command}")]);
         print_result(
             &identified.summary(),
@@ -129,20 +133,34 @@ impl Made<'_> {
     }
 }
 
-/// What to type next; `is_default` says whether other structures can be tried.
-fn next_command(arguments: &Arguments, identified: &Identified, is_default: bool) -> Option<String> {
+/// What to type next; `has_others` says whether other structures can be tried.
+fn next_command(arguments: &Arguments, identified: &Identified, has_others: impl Fn() -> bool) -> Option<String> {
     let verdict = &identified.result.verdict;
     match &arguments.model {
         _ if identified.in_parts.is_some() && !verdict.holds() => None,
         _ if verdict.hidden_by.is_some() && !arguments.robust => Some(format!("{} --robust", this_command())),
-        _ if !verdict.holds() && is_default => Some(format!("{} --structure auto", this_command())),
-        Some(model) if verdict.holds() || identified.result.comparison.is_some() => {
+        _ if !verdict.holds() => has_others().then(with_auto),
+        Some(model) => {
             let page = arguments.report.as_ref().map_or("", |_| " --report validated.html");
             let model = quoted(&model.display().to_string());
             Some(format!("flexure validate {model} ANOTHER-LOG{page}"))
         }
-        _ => None,
+        None => None,
     }
+}
+
+/// The command line of this process with the structure auto in place of any other.
+fn with_auto() -> String {
+    let mut given = std::env::args_os().skip(1);
+    let mut words = Vec::new();
+    while let Some(word) = given.next() {
+        match word.to_str() {
+            Some("--structure") => drop(given.next()),
+            Some(text) if text.starts_with("--structure=") => {}
+            _ => words.push(word),
+        }
+    }
+    command_line(words.into_iter().chain(["--structure", "auto"].map(OsString::from)))
 }
 
 /// Identifies a system of this structure, with its usual choices, and says in which file and line an error lies.
@@ -152,7 +170,7 @@ pub fn by_name(structure: &str, file: &RecordFile, [input, output]: [&str; 2], s
     let task = Task {
         structure,
         options,
-        or_linear: false,
+        or_another: false,
     };
     let columns = SystemColumns {
         inputs: &[input],

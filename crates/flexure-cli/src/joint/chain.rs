@@ -22,9 +22,10 @@ const FAR: f64 = 0.1;
 /// The chain whose joints are identified.
 #[derive(clap::Args)]
 pub struct ChainOptions {
-    /// Identify the joints of this chain of links: a URDF, a chain file, or a preset's name. Gravity and the other joints act on each axis
-    /// as the chain's inertias and the positions of all its joints say, which the log must have. {} in the names of columns stands for the
-    /// joint: its number from 1 on, or its name.
+    /// Identify the joints of this chain of links: a URDF, a chain file, or the name of a preset. The torques from
+    /// gravity and from the other joints are computed from the inertias of the chain and from the positions of all its
+    /// joints. The log must contain these positions. In the names of columns, {} stands for the joint: its number from
+    /// 1, or its name.
     #[arg(
         long,
         value_name = "ROBOT.urdf",
@@ -32,7 +33,7 @@ pub struct ChainOptions {
         conflicts_with_all = ["joint", "arm", "gravity", "prismatic", "reference", "motor_inertia"]
     )]
     chain: Option<PathBuf>,
-    /// No gravity acts on the URDF of --chain; without this option that of the ground does, z upwards.
+    /// No gravity acts on the URDF of --chain. Without this option, gravity is 9.81 m/s^2 along -z.
     #[arg(long, help_heading = "Joint", requires = "chain")]
     no_gravity: bool,
 }

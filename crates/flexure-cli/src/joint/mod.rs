@@ -31,20 +31,22 @@ use log::{Columns, Names, Number};
 
 /// Find a joint's friction, stiffness and inertia from its log.
 ///
-/// A rigid axis needs its position and its torque: --position, --torque. A flexible joint needs the angles of motor and link, and the torque:
-/// --motor, --link, --torque. A two-link arm needs two columns of each: --motor qm1,qm2 --link q1,q2 --torque tau1,tau2. Its curves go to two
-/// files, with -1 and -2 before their extension. Velocities and accelerations need not be logged.
+/// A rigid axis needs the columns of its position and its torque: --position, --torque. A flexible joint needs the
+/// columns of the motor angle, the link angle and the torque: --motor, --link, --torque. A two-link arm needs two
+/// columns of each: --motor qm1,qm2 --link q1,q2 --torque tau1,tau2. Velocities and accelerations need not be logged. A
+/// record is a text file with columns (such as CSV), a Parquet, MAT or HDF5 file, or a topic of a ROS 2 bag.
 ///
-/// With --axis 1..6, every axis of a log is identified alone: {} in the names of columns stands for the axis. The result is a table with a
-/// row per axis. If an axis cannot be identified, its row gives the reason; the other axes are still identified. The exit code is 0 if at
-/// least one axis was identified. Curves go to a file an axis, with the axis before the extension.
+/// With --axis 1..6, every axis of a log is identified on its own. In the names of columns, {} stands for the axis. The
+/// result is a table with one row for each axis. If an axis cannot be identified, its row gives the reason; the other
+/// axes are still identified. The exit code is 0 if at least one axis was identified.
 ///
-/// With --chain robot.urdf, the axes are the joints of a robot: gravity and the motion of the other joints are taken from its inertias, and
-/// friction and the drive's inertia are identified.
+/// With --chain robot.urdf, the axes are the joints of a robot. The torques from gravity and from the motion of the
+/// other joints are computed from the inertias of its links. Friction and the inertia of the drive are identified.
 ///
-/// The curves of friction and stiffness are estimated without a form, with confidence bands. Then forms with physical parameters are fitted.
-/// Each parameter has a standard error, or the range that the data support. A record is CSV, columns between spaces, Parquet, MAT, HDF5,
-/// or a topic of a ROS 2 bag.
+/// The curves of friction and stiffness are estimated without an assumed form, with confidence bands. Then forms with
+/// physical parameters are fitted. Each parameter has a standard error, or the range that the data support. For several
+/// joints, each curve gets one file for each joint, with the joint before the extension: friction-1.csv,
+/// friction-2.csv.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     flexure joint axis.csv --position q --torque tau --friction friction.csv --report report.html\n  \
@@ -60,96 +62,100 @@ use log::{Columns, Names, Number};
 pub struct Arguments {
     /// The record.
     record: PathBuf,
-    /// The column of the torque (or force, current, voltage: see --torque-constant), or of those of both joints: tau1,tau2. For a joint of
-    /// a bag, the default is the effort.
+    /// The column of the torque, or of a force, current or voltage (see --torque-constant). For a two-link arm, both
+    /// columns: tau1,tau2. For a joint of a bag, the default is effort.
     #[arg(long, value_name = "COLUMN", required_unless_present = "joint")]
     torque: Option<String>,
-    /// The column of a rigid axis's position, behind its gear; not needed for a joint of a bag.
+    /// The column of a rigid axis's position behind its gear. For a joint of a bag, the default is position.
     #[arg(long, value_name = "COLUMN", conflicts_with_all = ["motor", "link"], required_unless_present_any = ["motor", "joint"])]
     position: Option<String>,
-    /// The column of a flexible joint's motor angle, or of those of both joints: qm1,qm2. Without --link: that of a rigid axis whose only
-    /// encoder is at its motor.
+    /// The column of the motor angle of a flexible joint. For a two-link arm, both columns: qm1,qm2. Without --link,
+    /// the axis is rigid, and its only encoder is at its motor.
     #[arg(long, value_name = "COLUMN")]
     motor: Option<String>,
-    /// The column of a flexible joint's link angle, or of those of both joints: q1,q2.
+    /// The column of the link angle of a flexible joint. For a two-link arm, both columns: q1,q2.
     #[arg(long, value_name = "COLUMN", requires = "motor")]
     link: Option<String>,
-    /// The column of a rigid axis's velocity; by default it is derived from the position.
+    /// The column of the velocity of a rigid axis. By default, the velocity is derived from the position.
     #[arg(long, value_name = "COLUMN", conflicts_with = "link")]
     velocity: Option<String>,
-    /// Identify several axes, each alone: 1..6, or 1,3, or names; {} in the names of columns stands for the axis. An axis
-    /// without a column of its link's angle is taken as rigid, at its motor.
+    /// Identify several axes, each on its own: 1..6, or 1,3, or names. In the names of columns, {} stands for the axis.
+    /// If an axis has no column of its link angle, it is taken as a rigid axis at its motor.
     #[arg(long, value_name = "AXES", value_parser = axes::names, conflicts_with_all = ["arm", "motor_inertia", "joint"])]
     axis: Option<AxisNames>,
     #[command(flatten)]
     chain: ChainOptions,
-    /// Torque for each unit of the torque column: a number, or the name of a constant of a MAT file.
+    /// The torque for each unit of the torque column: a number, or the name of a constant in a MAT file.
     #[arg(long, value_name = "K", default_value = "1", allow_hyphen_values = true, value_parser = log::number)]
     torque_constant: Number,
-    /// Gear ratio: the angles (and velocities) of --motor are divided by it, torques multiplied, so that all is seen from the link.
+    /// The gear ratio. Angles and velocities at the motor (--motor) are divided by it, and torques are multiplied by
+    /// it. All results are seen from the link.
     #[arg(long, value_name = "N", default_value = "1", value_parser = arguments::positive)]
     gear_ratio: f64,
-    /// Sample time in s; by default that of the column of time.
+    /// The sample time in s. By default, it is taken from the time column. Without this column, give this option.
     #[arg(long, value_name = "S", value_parser = arguments::positive)]
     sample_time: Option<f64>,
-    /// The axis is prismatic: positions in m, forces in N.
+    /// The axis is prismatic: its positions are in m, its forces in N.
     #[arg(long, conflicts_with = "link")]
     prismatic: bool,
-    /// Gravity acts on the axis: terms cos q and sin q.
+    /// Gravity acts on the axis: add the terms cos q and sin q to the equation of motion.
     #[arg(long, conflicts_with_all = ["link", "prismatic"])]
     gravity: bool,
-    /// A spring acts on the axis: a term q.
+    /// A spring acts on the axis: add the term q to the equation of motion.
     #[arg(long, conflicts_with = "link")]
     spring: bool,
-    /// Level of the confidence bands.
+    /// The level of the confidence bands.
     #[arg(long, value_name = "LEVEL", default_value = "0.95", allow_hyphen_values = true, value_parser = arguments::level)]
     band: f64,
-    /// The column of the reference that a position controller followed. The motion is then simulated in the controller's loop too:
-    /// torque column = KV (KP (reference - position) - velocity).
+    /// The column of the reference that a position controller followed. The motion is then also simulated in the loop
+    /// of this controller: torque column = KV (KP (reference - position) - velocity).
     #[arg(long, value_name = "COLUMN", requires_all = ["kp", "kv"], conflicts_with = "motor")]
     reference: Option<String>,
-    /// The position gain KP of the controller, with --reference: a number, or the name of a constant of a MAT file.
+    /// The position gain KP of the controller of --reference: a number, or the name of a constant in a MAT file.
     #[arg(long, value_name = "KP", requires = "reference", value_parser = log::number)]
     kp: Option<Number>,
-    /// The velocity gain KV of the controller, with --reference: a number, or the name of a constant of a MAT file.
+    /// The velocity gain KV of the controller of --reference: a number, or the name of a constant in a MAT file.
     #[arg(long, value_name = "KV", requires = "reference", value_parser = log::number)]
     kv: Option<Number>,
-    /// Judge what was found on this log of the same joint, which is not fitted: the torque that its motion needs, and its simulated motion.
-    /// Its columns have the same names.
+    /// Judge the result on this log of the same joint, which is not used for the fit. The command judges the torque
+    /// that the motion in this log needs, and the simulated motion. The columns of both logs have the same names.
     #[arg(long, value_name = "LATER.csv")]
     validate: Option<PathBuf>,
-    /// Write the friction curve here: .csv or .parquet.
+    /// Write the friction curve to this file: .csv or .parquet.
     #[arg(long, value_name = "CURVE.csv")]
     friction: Option<PathBuf>,
-    /// Write the curve of the friction at a flexible joint's motor here, where it is seen: .csv or .parquet.
+    /// Write the friction curve at the motor of a flexible joint to this file, if the data show it: .csv or .parquet.
     #[arg(long, value_name = "CURVE.csv", requires = "link", conflicts_with = "position")]
     motor_friction: Option<PathBuf>,
-    /// The motor's inertia in kg m^2 on the link's side, where it is known; of a single flexible joint.
+    /// The known inertia of the motor in kg m^2, on the link's side. Only for a single flexible joint.
     #[arg(long, value_name = "JM", requires = "link", conflicts_with = "position", value_parser = arguments::positive)]
     motor_inertia: Option<f64>,
-    /// Write the stiffness curve here, as torque and as stiffness over the deflection: .csv or .parquet.
+    /// Write the stiffness curve to this file, as torque and as stiffness over the deflection: .csv or .parquet.
     #[arg(long, value_name = "CURVE.csv", requires = "link", conflicts_with = "position")]
     stiffness: Option<PathBuf>,
-    /// Write the joint or arm as an arm file here, for `flexure simulate`; with a single joint, the other joint is locked. An arm
-    /// file has no gravity and no spring. A constant torque on a rigid axis stands in a comment.
+    /// Write the joint or the arm to this arm file, for `flexure simulate`. For a single joint, the other joint of the
+    /// arm is locked. An arm file cannot contain gravity or a spring. It contains a constant torque on a rigid axis
+    /// only as a comment.
     #[arg(long, value_name = "ARM.toml")]
     arm: Option<PathBuf>,
-    /// With --arm, the joint of the arm in the log: 1, the shoulder, or 2, the elbow.
+    /// For --arm: which joint of the arm was logged. 1 is the shoulder, 2 is the elbow.
     #[arg(long, value_name = "1|2", default_value = "1", value_parser = clap::value_parser!(u8).range(1..=2))]
     arm_joint: u8,
-    /// With --arm, take the links from this arm file. The moving link's moment of inertia becomes what was identified. For a
-    /// two-link arm the lengths, the centres of mass and the mass of link 1 are taken.
+    /// For --arm: take the links from this arm file. For a single joint, the moment of inertia of the moving link
+    /// follows from what was identified. For a two-link arm, only the lengths, the centres of mass and the mass of link
+    /// 1 are taken.
     #[arg(long, value_name = "ARM.toml", requires_all = ["arm", "link"])]
     template: Option<PathBuf>,
-    /// Write a page that shows everything here.
+    /// Write a page with all results to this file.
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
-    /// Convert the unit of a column, for example q=deg:rad, or q=rev/4096:rad for counts of an encoder. May be given more than once.
+    /// Convert the unit of a column, for example q=deg:rad, or q=rev/4096:rad for an encoder with 4096 counts per
+    /// revolution. This option may be given several times.
     #[arg(long, help_heading = STEPS, value_name = "COLUMN=UNIT", value_parser = crate::prepare::conversion)]
     convert: Vec<Conversion>,
     #[command(flatten)]
     source: Source,
-    /// Print one JSON object.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
 }
@@ -224,8 +230,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 }
 
 impl Arguments {
-    /// The joint of one record of many: the output of `--json` without lists but with the parameters of the best forms; and the whole
-    /// output.
+    /// The joint of one record of many: the output of `--json` without lists but with the parameters of the best forms;
+    /// and the whole output.
     pub fn of_file(&self, file: &RecordFile) -> Result<Outcome> {
         let names = self.names();
         let log = Columns::new(file, &names)?.log(file, self)?;
@@ -340,8 +346,8 @@ impl Arguments {
         }
     }
 
-    /// Writes the curves of every joint to its files, with its name before their extension if it has one, and returns those that were
-    /// written.
+    /// Writes the curves of every joint to its files, with its name before their extension if it has one, and returns
+    /// those that were written.
     fn write_curves<'c>(&self, joints: impl Iterator<Item = (Option<String>, &'c Curves)>) -> Result<Vec<PathBuf>> {
         let units = Units::of(self.prismatic);
         let mut written = Vec::new();

@@ -20,87 +20,94 @@ use crate::reading::Reading;
 
 /// Estimate the regression of a column on one or several others, with a confidence band.
 ///
-/// The tuning parameter is chosen from the data unless it is given. The result has the columns of x by their names, then y
-/// (the estimate), lower and upper (the band; NaN where there is none). A record is text in columns (named c0, c1, ... without a
-/// header), Parquet, MAT, HDF5, or a topic of a ROS 2 bag.
+/// The tuning parameter of the estimator is chosen from the data unless it is given. The result has the columns of x
+/// under their own names, then y (the estimate), lower and upper (the band). Where there is no band, lower and upper
+/// are NaN. A record is a text file with columns (such as CSV), a Parquet, MAT or HDF5 file, or a topic of a ROS 2 bag.
+/// In a text file without a header, the columns are called c0, c1, and so on.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  flexure regress record.csv --x u --y y -o curve.csv --report report.html")]
 pub struct Arguments {
     /// The record.
     record: PathBuf,
-    /// The columns to regress on, separated by commas.
+    /// The columns on which --y is regressed, separated by commas.
     #[arg(long, value_name = "COLUMN[,COLUMN...]", required = true, value_delimiter = ',')]
     x: Vec<String>,
     /// The column to estimate.
     #[arg(long, value_name = "COLUMN")]
     y: String,
-    /// Estimator, by default local-linear. With one column its bandwidth may vary along x if that predicts clearly better
-    /// (local-bandwidth), unless --bandwidth, --select or another option asks for one bandwidth.
+    /// The estimator. The default is local-linear. For one column of x, the bandwidth may vary along x if this predicts
+    /// clearly better (local-bandwidth). It does not vary if --bandwidth, --select or another option asks for one
+    /// bandwidth.
     #[arg(long, value_name = "NAME", value_parser = arguments::estimator())]
     estimator: Option<EstimatorName>,
-    /// Bandwidth of an estimator with a kernel, in the unit of x: one, or one per column.
+    /// The bandwidth of an estimator with a kernel, in the unit of x: one for all columns of x, or one for each. With
+    /// auto, it is chosen from the data.
     #[arg(long, value_name = "auto|H[,H...]", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_positives)]
     bandwidth: Auto<Vec<f64>>,
-    /// Tuning parameter of the other estimators: neighbours, terms, levels, degree, penalty or units.
+    /// The tuning parameter of an estimator without a kernel: its neighbours, terms, levels, degree, penalty or units.
+    /// With auto, it is chosen from the data.
     #[arg(long, value_name = "auto|P", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_number)]
     parameter: Auto<f64>,
-    /// How the tuning parameter is chosen: loo (leave-one-out, the default), gcv (generalised cross-validation) or block
-    /// (cross-validation over blocks, for rows in order of time whose errors depend on each other). One bandwidth can also be chosen by
-    /// bootstrap, block-bootstrap (rows in order of time) or, for local lines, plugin. A rule makes local-linear the default estimator.
-    /// For local-bandwidth, loo is Lepski's rule, and plugin is possible.
+    /// The rule that chooses the tuning parameter. The default is loo (leave-one-out). Other rules are gcv (generalised
+    /// cross-validation) and block (cross-validation over blocks, for rows in order of time whose errors depend on each
+    /// other). For one column of x, a bandwidth can also be chosen by bootstrap, block-bootstrap (for rows in order of
+    /// time) or, for local-linear only, plugin. If a rule is given, the default estimator is local-linear. For
+    /// local-bandwidth, loo is Lepski's rule, and plugin is possible.
     #[arg(long, value_name = "RULE", value_parser = arguments::rule)]
     select: Option<Rule>,
-    /// Rows in a block, for --select block-bootstrap and for --band-method block; from the data by default.
+    /// The number of rows in a block, for --select block-bootstrap and --band-method block. By default, it is chosen
+    /// from the data.
     #[arg(long, value_name = "ROWS", value_parser = arguments::count_from_one)]
     block: Option<usize>,
-    /// Kernel: uniform, triangular, epanechnikov, biweight, triweight or gaussian.
+    /// The kernel: uniform, triangular, epanechnikov, biweight, triweight or gaussian. The default is epanechnikov.
     #[arg(long, value_name = "NAME", value_parser = arguments::kernel)]
     kernel: Option<Kernel>,
-    /// Column of weights: in the estimate a row of weight 2 counts as two rows, one of weight 0 as none; scores and bands
-    /// count every row once.
+    /// The column of the weights. In the estimate, a row of weight 2 counts as two rows, and a row of weight 0 does not
+    /// count. In the scores that choose the tuning parameter and in the bands, every row counts once.
     #[arg(long, value_name = "COLUMN")]
     weights: Option<String>,
-    /// Leave out rows that are far from the curve; else they are only named.
+    /// Leave out rows that are far from the curve. Without this option, such rows are only reported.
     #[arg(long)]
     robust: bool,
-    /// Level of the confidence band.
+    /// The level of the confidence band.
     #[arg(long, value_name = "LEVEL", default_value = "0.95", allow_hyphen_values = true, value_parser = arguments::level)]
     band: f64,
-    /// How the band is made.
+    /// The method by which the band is made.
     #[arg(long, default_value = "auto", value_parser = arguments::named::<BandMethod>())]
     band_method: BandMethod,
-    /// A band that holds at all points of the curve at once.
+    /// Make a band that holds at all points of the curve at once. Without this option, it holds at each single point.
     #[arg(long)]
     simultaneous: bool,
-    /// Seed of all random numbers: bands and networks.
+    /// The seed of all random numbers: those of the bands and of the networks.
     #[arg(long, value_name = "N", default_value = "1")]
     seed: u64,
-    /// Points of the curve along each column of x, evenly over the data's range; by default 301 for one column, fewer for
-    /// several.
+    /// The number of points of the curve along each column of x, evenly spaced over the range of the data. The default
+    /// is 301 for one column, 41 for two, and fewer for more columns.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=100_000))]
     grid: Option<u32>,
-    /// Evaluate at the rows of this record instead, which has the same columns of x.
+    /// Estimate at the rows of this record instead of a grid. The record needs the same columns of x.
     #[arg(long, value_name = "FILE", conflicts_with = "grid")]
     at: Option<PathBuf>,
-    /// The estimate beyond the data's range.
+    /// The estimate beyond the range of the data.
     #[arg(long, default_value = "nan", value_parser = arguments::named::<Outside>())]
     outside: Outside,
-    /// Write the curve here: .csv or .parquet.
+    /// Write the curve to this file: .csv or .parquet.
     #[arg(short = 'o', long = "out", value_name = "CURVE.csv")]
     out: Option<PathBuf>,
-    /// Read the record in parts and keep sums in bins, not rows: for a Parquet file that is larger than memory. The bandwidth and the band
-    /// come from 20 folds of blocks of rows, so that rows may depend on their neighbours.
+    /// Read the record in parts, for a Parquet file that is larger than memory. The command keeps sums in bins instead
+    /// of rows. It takes one column of x. The bandwidth and the band come from 20 folds of blocks of rows, so rows may
+    /// depend on their neighbours.
     #[arg(
         long,
         conflicts_with_all = ["parameter", "select", "block", "weights", "robust", "band_method", "simultaneous", "seed", "at", "outside", "report"]
     )]
     stream: bool,
-    /// Write a page that shows everything here.
+    /// Write a page with all results to this file.
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
     #[command(flatten)]
     reading: Reading,
-    /// Print one JSON object.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
 }

@@ -28,20 +28,23 @@ use crate::robot;
 #[derive(clap::Args, Default)]
 #[command(next_help_heading = "Chains (URDF, chain files and their presets)")]
 pub struct ChainArguments {
-    /// How long, s.
+    /// The duration of the simulation in s. A chain needs this option.
     #[arg(long, value_name = "S", allow_hyphen_values = true, value_parser = arguments::positive)]
     duration: Option<f64>,
-    /// The time between two samples, s.
+    /// The time between two samples in s. A chain needs this option.
     #[arg(long, value_name = "S", allow_hyphen_values = true, value_parser = arguments::positive)]
     sample_time: Option<f64>,
-    /// The torques of the joints: a record with a column tau_JOINT for every joint that is driven, one row per sample, held until the next.
+    /// The torques of the joints: a record with a column tau_JOINT for every driven joint, and one row for each sample
+    /// of the run. Each torque is held until the next row. By default, all torques are zero.
     #[arg(long, value_name = "RECORD")]
     torques: Option<PathBuf>,
-    /// How the base is moved: a record with base_x, base_y, base_z, in m, and base_roll, base_pitch, base_yaw, turns about the world's x, y
-    /// and z one after the other, in rad, or a quaternion base_qx to base_qw; one row per sample, joined smoothly. Missing columns are zero.
+    /// The motion of the base: a record with one row for each sample of the run. The columns base_x, base_y, base_z are
+    /// the position in m. The columns base_roll, base_pitch, base_yaw are turns about the x, y and z axes of the world,
+    /// one after the other, in rad. A quaternion base_qx to base_qw may replace them. The base moves smoothly from row
+    /// to row. Missing columns are zero.
     #[arg(long, value_name = "RECORD", conflicts_with = "free_base")]
     base_motion: Option<PathBuf>,
-    /// Where joints start, rad or m: JOINT=VALUE,...; the others at zero.
+    /// The positions at which joints start, in rad or m: JOINT=VALUE,... All other joints start at zero.
     #[arg(
         long,
         value_name = "JOINT=VALUE,...",
@@ -49,10 +52,10 @@ pub struct ChainArguments {
         allow_hyphen_values = true
     )]
     start: Vec<String>,
-    /// The root link of a URDF floats freely.
+    /// The root link of a URDF floats freely. Without this option, it is fixed.
     #[arg(long)]
     free_base: bool,
-    /// No gravity acts on a URDF; without this option that of the ground does, z upwards.
+    /// No gravity acts on a URDF. Without this option, gravity is 9.81 m/s^2 along -z.
     #[arg(long)]
     no_gravity: bool,
 }

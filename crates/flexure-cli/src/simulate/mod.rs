@@ -25,10 +25,16 @@ use crate::progress::Progress;
 
 /// Simulate a two-link arm from an arm file, or a chain of any number of joints from a URDF or a chain file.
 ///
-/// An arm's record has the columns t, tau1, tau2, q1, q2, qm1, qm2, dq1, dq2, dqm1, dqm2 (a rigid arm's no qm, dqm), in s, N m, rad
-/// and rad/s, one row a sample instant; the torque of a row is held until the next. A chain's has tau_JOINT, q_JOINT, dq_JOINT for
-/// every joint, qm_JOINT and dqm_JOINT for a flexible one, and base_x to base_wz for a base that floats or is moved. One with beams of finite elements or
-/// modes has their coordinates e1_LINK and so on, their rates de1_LINK, and tip_LINK, what the tip deflects, m.
+/// The record has one row for each sample instant. The torque in a row is held until the next row. The units are s, N
+/// m, rad and rad/s (N, m and m/s for a prismatic joint).
+///
+/// The record of an arm has the columns t, tau1, tau2, q1, q2, qm1, qm2, dq1, dq2, dqm1 and dqm2. For a rigid arm, it
+/// has no columns qm and dqm.
+///
+/// The record of a chain has the columns t, tau_JOINT for every driven joint, and q_JOINT and dq_JOINT for every joint.
+/// A flexible joint also has qm_JOINT and dqm_JOINT. A base that floats or is moved has base_x to base_wz. Beams of
+/// finite elements or modes have the columns e1_LINK and so on (their coordinates), de1_LINK and so on (the rates of
+/// these coordinates), and tip_LINK (the deflection of the tip in m).
 #[derive(clap::Args)]
 #[command(group(ArgGroup::new("source").required(true).args(["arm", "preset"])))]
 #[command(after_help = "Examples:\n  flexure simulate --preset space-arm -o record.csv\n  \
@@ -38,23 +44,25 @@ pub struct Arguments {
     /// The arm file, the chain file, or the URDF.
     #[arg(value_name = "ARM.toml|ROBOT.urdf")]
     arm: Option<PathBuf>,
-    /// A preset in place of a file: an arm, of which space-arm has white torques and motor-log is a log for `flexure joint`; or a chain,
-    /// free-space-arm, space-manipulator, six-joint-arm or seven-joint-arm.
+    /// A preset in place of a file. Presets of an arm: space-arm (under white torques), motor-log (a log for `flexure
+    /// joint`), elbow-test, short-stiff, frictionless. Presets of a chain: free-space-arm, space-manipulator,
+    /// six-joint-arm, seven-joint-arm.
     #[arg(long, value_name = "NAME", value_parser = arm_or_chain)]
     preset: Option<String>,
-    /// Write the record here: .csv or .parquet.
+    /// Write the record to this file: .csv or .parquet.
     #[arg(short = 'o', long = "out", value_name = "RECORD")]
     out: Option<PathBuf>,
-    /// Write the arm file here, with its comments, to be edited.
+    /// Write the arm file, with its comments, to this file. You can then edit it.
     #[arg(long, value_name = "ARM.toml")]
     write_arm: Option<PathBuf>,
-    /// Write a page with the moving chain here; for chains.
+    /// Write a page that shows the chain in motion to this file. Only for chains.
     #[arg(long, value_name = "PAGE.html")]
     report: Option<PathBuf>,
-    /// Let the arm file name a record anywhere, not only in its own folder and below: for an arm file that you trust.
+    /// Let the arm file name a record in any folder. Without this option, the record must be in the folder of the arm
+    /// file, or below it. Use this option only for an arm file that you trust.
     #[arg(long)]
     allow_paths: bool,
-    /// Print one JSON object.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
     #[command(flatten)]

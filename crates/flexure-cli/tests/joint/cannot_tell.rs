@@ -1,4 +1,4 @@
-//! Logs that cannot tell: each is refused, or the first line of its result says why it is not to be trusted.
+//! Logs that cannot tell: each is refused, or the first line of its result says why it is not reliable.
 
 use std::f64::consts::TAU;
 
@@ -99,7 +99,7 @@ fn logs() -> Vec<(&'static str, String, &'static str)> {
         (
             "another torque",
             PLAIN.log(driven, |[q, tau]| [q, (37.0 * tau).sin()]),
-            "to be doubted",
+            "doubtful because",
         ),
         (
             "too short",
@@ -109,7 +109,7 @@ fn logs() -> Vec<(&'static str, String, &'static str)> {
         (
             "hardly any motion",
             Axis { noise: 1e-2, ..PLAIN }.log(|t, _| multisine(t) / 12.0, as_it_is),
-            "not to be trusted",
+            "not reliable because",
         ),
     ]
 }

@@ -228,7 +228,7 @@ fn references_for_a_chain_keep_its_limits_and_are_rehearsed() {
     }
     assert!(velocities.iter().all(|v| (0.5..=1.0 + 1e-9).contains(v)), "{found}");
     let can = found["can"].to_string();
-    assert!(can.contains("joint joint2: the drive's inertia to within"), "{found}");
+    assert!(can.contains("\"joint2: the drive's inertia to within"), "{found}");
     // From rest to rest.
     let reference = folder.read("reference.csv");
     let rows: Vec<&str> = reference.lines().collect();

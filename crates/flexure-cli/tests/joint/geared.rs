@@ -62,7 +62,7 @@ fn a_rigid_axis_at_its_motor_is_seen_from_the_link() {
     assert!(looked.ends_with(next), "{looked}");
     let untold = folder.done("joint counts.csv --motor enc_counts --torque tau --gear-ratio 40");
     assert!(
-        untold.starts_with("Rigid axis not to be trusted, because an angle may be in counts of an encoder"),
+        untold.starts_with("Rigid axis, not reliable because an angle may be in counts of an encoder"),
         "{untold}"
     );
     folder.done("prepare counts.csv --convert enc_counts=rev/10000:rad -o geared.csv");

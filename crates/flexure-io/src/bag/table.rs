@@ -112,7 +112,7 @@ impl Table {
             notes.push(format!("topic {topic} is read"));
         }
         if self.passed > 0 {
-            notes.push(format!("{} messages without this joint are passed over", self.passed));
+            notes.push(format!("{} messages without this joint are skipped", self.passed));
         }
         // A stamp that was never set is zero.
         let stamped = self.stamps.iter().any(|stamp| stamp.is_some_and(|stamp| stamp != 0));

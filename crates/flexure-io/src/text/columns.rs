@@ -386,7 +386,7 @@ impl<'a> Column<'a> {
         }
     }
 
-    /// What a column of time stamps has of them.
+    /// What a time column stamps has of them.
     pub(super) fn part(&self) -> Option<Part> {
         match &self.kind {
             Kind::Stamps { format, .. } => Some(format.part()),

@@ -85,13 +85,13 @@ fn part(format: &str) -> Part {
     }
 }
 
-/// The format of a column of time stamps.
+/// The format of a time column stamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Stamps<'a> {
     format: &'a str,
 }
 
-/// What a column of time stamps has of them.
+/// What a time column stamps has of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Part {
     Date,

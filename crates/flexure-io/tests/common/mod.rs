@@ -44,6 +44,6 @@ pub fn refused(test: &str, content: impl AsRef<[u8]>) -> String {
 pub fn assert_log(file: &RecordFile, names: &[&str]) {
     assert_eq!(file.record.names(), names);
     assert_eq!(file.column("u").unwrap(), [1.5, 2.5, 3.5]);
-    let time = file.time(None, &["u", "y"]).unwrap().expect("a column of time");
+    let time = file.time(None, &["u", "y"]).unwrap().expect("a time column");
     assert!((time.clock.step - 0.01).abs() < 1e-9, "{time:?}");
 }

@@ -159,12 +159,12 @@ impl Outcome {
         if many {
             names.push("worst (mm)");
         }
-        names.extend(["residual (%)", "torque (N m)"]);
+        names.extend(["residual (%)", "peak torque (N m)"]);
         if shaped {
             names.push("of unshaped (%)");
         }
         if estimated {
-            names.push("velocity (mrad/s)");
+            names.push("velocity error (mrad/s)");
         }
         if filtered {
             names.extend(["NEES (%)", "NIS (%)"]);
@@ -202,16 +202,16 @@ impl Outcome {
             text.push_str(&format!(", medians and the worst of {} runs", self.seeds));
         }
         text.push_str(
-            "; residual: vibration of the tip behind the motion, in percent of the diagonal of the box around its path",
+            "; residual: vibration of the tip after the end of the motion, in percent of the diagonal of the box around its path",
         );
         if self.rows.iter().any(|r| r.residual_of_unshaped.is_some()) {
-            text.push_str(" and of what the same controller leaves without its shaper");
+            text.push_str(" and, in the column 'of unshaped', in percent of the vibration without the shaper");
         }
         if self.rows.iter().any(|r| r.velocity_error.worst > 0.0) {
-            text.push_str("; velocity: RMS error of the links' velocities that the controller was given");
+            text.push_str("; velocity error: RMS error of the links' velocities that the controller was given");
         }
         if self.rows.iter().any(|r| r.consistency.is_some()) {
-            text.push_str("; NEES, NIS: share of instants at which the filter's normalised error and innovation are within their 95 % bands");
+            text.push_str("; NEES (NIS): share of instants at which the filter's normalised error (innovation) is within its 95 % band");
         }
         text.push('.');
         text
@@ -225,7 +225,7 @@ impl Outcome {
                 let error = short(1e3 * best.tip_error_max.median);
                 lines.headline(
                     Tone::Plain,
-                    format!("Smallest error of the tip: {error} mm at most, by {}", best.controller),
+                    format!("Smallest maximum error of the tip: {error} mm, by {}", best.controller),
                 );
             }
             None => lines.headline(Tone::Bad, "No controller carried its run through"),

@@ -137,9 +137,9 @@ impl Outcome {
     fn facts(&self, best: &Row) -> Vec<Fact> {
         vec![
             Fact::new(
-                "Smallest error",
+                "Smallest maximum error",
                 format!("{} mm", short(1e3 * best.tip_error_max.median)),
-                format!("at most, by {}", best.controller),
+                format!("of the tip, by {}", best.controller),
             ),
             Fact::new(
                 "Its root mean square",

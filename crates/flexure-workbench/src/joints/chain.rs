@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::log::{AxisLoad, AxisLog};
 use super::text::{Units, inertia_json, inertia_text, typeset};
-use crate::text::number;
+use crate::text::{joint_name, number};
 
 /// How a chain fits the log of one of its joints.
 pub struct OfChain<'a> {
@@ -40,15 +40,15 @@ impl<'a> OfChain<'a> {
     pub fn text(&self, units: &Units) -> String {
         let links = format!("{} {}", number(self.fit.links), units.inertia());
         let inertia = match self.flexible {
-            true => format!("inertia of its links {links} on average"),
+            true => format!("the inertia of its links is {links} on average"),
             false => format!(
-                "inertia of its links {links} on average, of its drive {}",
+                "the inertia of its links is {links} on average, that of its drive {}",
                 inertia_text(self.fit.beside_links, units)
             ),
         };
         format!(
-            "joint '{}' of {}: gravity and the other joints make up {} of the recorded {} (root mean square); {inertia}",
-            readable(&self.of.joint),
+            "{} of {}: gravity and the other joints make up {} of the recorded {} (root mean square); {inertia}",
+            joint_name(&format!("'{}'", readable(&self.of.joint))),
             self.of.chain,
             percent(self.share),
             units.effort
@@ -58,7 +58,8 @@ impl<'a> OfChain<'a> {
     /// As facts of a page.
     pub fn facts(&self, units: &Units) -> Vec<Fact> {
         let links = typeset(&format!("{} {}", number(self.fit.links), units.inertia()));
-        let of = format!("of joint '{}' of {}", self.of.joint, self.of.chain);
+        let joint = joint_name(&format!("'{}'", self.of.joint));
+        let of = format!("of {joint} of {}", self.of.chain);
         let inertia = match self.flexible {
             true => Fact::new("Inertia of the links", links, format!("on average, {of}")),
             false => {

@@ -48,9 +48,9 @@ pub fn range_text(band: &Band, unit: &str) -> String {
     let seen = range([x[0], x[x.len() - 1]]);
     let gaps: Vec<String> = undetermined(band).into_iter().map(range).collect();
     match gaps.is_empty() {
-        true => format!("seen {seen} {unit}; beyond, these data say nothing"),
+        true => format!("determined {seen} {unit}; outside this range the log gives no information"),
         false => format!(
-            "seen {seen} {unit}; these data say nothing beyond, and too little to draw the curve {} {unit}",
+            "determined {seen} {unit}; outside this range the log gives no information, and too little to draw the curve {} {unit}",
             joined(&gaps)
         ),
     }
@@ -128,8 +128,8 @@ mod tests {
         assert_eq!(undetermined(&wide), [[-0.05, 0.05]]);
         assert_eq!(
             range_text(&wide, "rad/s"),
-            "seen from -1.000 to 1.000 rad/s; these data say nothing beyond, and too little to draw the curve from -0.05000 to \
-             0.05000 rad/s"
+            "determined from -1.000 to 1.000 rad/s; outside this range the log gives no information, and too little to draw the \
+             curve from -0.05000 to 0.05000 rad/s"
         );
         let two = band(|x| if (0.2..=0.3).contains(&x.abs()) { 2.0 } else { 0.02 });
         assert_eq!(undetermined(&two), [[-0.3, -0.2], [0.2, 0.3]]);

@@ -109,7 +109,7 @@ impl Joint for Flexible {
         if let Some(chain) = self.of_chain() {
             lines.item("chain", chain.text(&Units::of(false)));
         }
-        write_axis(axis, "link inertia", trial.motions.first(), "torque", &mut lines);
+        write_axis(axis, &ALONE, trial.motions.first(), &mut lines);
         trial.write_later(log, &Units::of(false), &mut lines);
         lines
     }
@@ -216,8 +216,24 @@ pub fn at_motor(axis: &FlexibleAxis) -> Option<(&Fitted, &'static str)> {
     axis.model.motor_friction.as_ref().map(|form| (form, ", at the motor"))
 }
 
-/// The results of a joint; `link` names its link's inertia, `torque` the recorded drive of its simulated motion.
-pub fn write_axis(axis: &FlexibleAxis, link: &str, motion: Option<&Motion>, torque: &str, lines: &mut Lines) {
+/// The words in which the text on a joint alone differs from that on a joint of an arm.
+pub struct Words {
+    /// Its link's inertia.
+    pub link: &'static str,
+    /// The recorded drive of its simulated motion.
+    pub torque: &'static str,
+    /// Why there is no friction at the motor.
+    pub no_motor_friction: &'static str,
+}
+
+const ALONE: Words = Words {
+    link: "link inertia",
+    torque: "torque",
+    no_motor_friction: "none found: all friction that the log shows acts at the link",
+};
+
+/// The results of a joint.
+pub fn write_axis(axis: &FlexibleAxis, words: &Words, motion: Option<&Motion>, lines: &mut Lines) {
     let units = Units::of(false);
     let inertia = |e: Estimated| match e.standard_error != 0.0 {
         true => inertia_text(e, &units),
@@ -228,13 +244,13 @@ pub fn write_axis(axis: &FlexibleAxis, link: &str, motion: Option<&Motion>, torq
         format!(", by the simulated motion of short stretches; the equations of motion alone say {alone}")
     });
     lines.item("motor inertia", inertia(axis.motor_inertia) + &equations);
-    lines.item(link, inertia(axis.link.inertia));
+    lines.item(words.link, inertia(axis.link.inertia));
     lines.item("stiffness", range_text(&axis.stiffness.band, "rad"));
     lines.item("friction", range_text(&axis.link.friction.band, "rad/s"));
     match (&axis.motor_friction, axis.competing.contains(&Effect::MotorFriction)) {
         (Some(curve), false) => lines.item("motor friction", range_text(&curve.band, "rad/s")),
         (Some(_), true) => lines.item("motor friction", "not told from what the note names"),
-        (None, _) => lines.item("motor friction", "none is seen beside that at the link"),
+        (None, _) => lines.item("motor friction", words.no_motor_friction),
     }
     if let Some(damping) = axis.damping {
         let value = match damping.is_positive() {
@@ -253,7 +269,8 @@ pub fn write_axis(axis: &FlexibleAxis, link: &str, motion: Option<&Motion>, torq
         lines.item(
             "simulated motion",
             format!(
-                "under the recorded {torque}: link angle {}; link velocity fit {:.2} %",
+                "under the recorded {}: link angle {}; link velocity fit {:.2} %",
+                words.torque,
                 nearness(motion.fit, "rad"),
                 motion.velocity_fit_percent
             ),

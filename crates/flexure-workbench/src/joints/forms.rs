@@ -82,8 +82,8 @@ pub fn polished_table(polished: &Polished, units: &Units) -> Option<ParameterTab
         heading: "The same form, fitted to the simulated motion too".to_owned(),
         rows,
         note: format!(
-            "The motion is simulated with these values, which have no standard errors: on data held back they lower its error from {before} to \
-             {after} {}. To compare with other logs, take those of the equations of motion.",
+            "The motion is simulated with these values. They have no standard errors. On data held back they lower its error from {before} to \
+             {after} {}. To compare with other logs, take the values of the equations of motion.",
             units.position
         ),
     })

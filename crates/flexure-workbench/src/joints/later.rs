@@ -173,14 +173,14 @@ impl Later {
         {
             let Units { effort, torque, .. } = units;
             parts.push(format!(
-                "the {effort} that its motion needs differs from the recorded one by {} {torque} RMS up to {} Hz, fit {:.1} % ({} {torque}, \
-                 {:.1} % on {})",
-                number(fit.rms),
+                "up to {} Hz, the {effort} that the motion needs differs from the recorded {effort} by {} {torque} RMS (fit {:.1} %); on {} by \
+                 {} {torque} RMS (fit {:.1} %)",
                 number(*cut_off),
+                number(fit.rms),
                 fit.percent,
+                own.name,
                 number(on_own.rms),
-                on_own.percent,
-                own.name
+                on_own.percent
             ));
             if *unseen > UNSEEN {
                 parts.push(format!(

@@ -124,11 +124,11 @@ impl<'a> Outcome<'a> {
     pub fn write_headline(&self, what: &str, inertia: &str, lines: &mut Lines) {
         let doubts = match (&self.doubts[..], self.fault()) {
             ([], Some(Fault::PoorMotion)) => {
-                " to be doubted, because its simulated motion is far from the measured one".to_owned()
+                ", doubtful because its simulated motion is far from the measured one".to_owned()
             }
-            ([], Some(Fault::RunsAway)) => " to be doubted, because its simulated motion runs away".to_owned(),
+            ([], Some(Fault::RunsAway)) => ", doubtful because its simulated motion runs away".to_owned(),
             ([], _) => String::new(),
-            (doubts, _) => format!(" not to be trusted, because {}", doubts.join(", and ")),
+            (doubts, _) => format!(", not reliable because {}", doubts.join(", and ")),
         };
         let later = self
             .later
@@ -150,7 +150,7 @@ impl<'a> Outcome<'a> {
         );
     }
 
-    /// What it does on another log: of a result that is not to be trusted, only how far off it is.
+    /// What it does on another log: of a result that is not reliable, only how far off it is.
     fn on_later(&self, later: &Later) -> String {
         match self.doubts.is_empty() {
             true => later.outcome(),
@@ -169,7 +169,7 @@ impl<'a> Outcome<'a> {
             Some(Fault::RunsAway) => "The simulated motion runs away".to_owned(),
             Some(Fault::NotSimulated) => "No motion can be simulated with what was found".to_owned(),
             Some(Fault::PoorMotion) => "The simulated motion is far from the measured one".to_owned(),
-            Some(Fault::Doubtful) => "What was found is not to be trusted".to_owned(),
+            Some(Fault::Doubtful) => "This result is not reliable".to_owned(),
             Some(Fault::OtherLog) => "What was found does not hold on the other log".to_owned(),
             Some(Fault::RefutedForm) => capitalised(&format!(
                 "{forms} {are} {} off the free curve, more than its error",

@@ -209,14 +209,15 @@ fn polished_text(polished: &Polished, units: &Units) -> String {
     let [before, after] = polished.error.map(number);
     let [held_back, polished_held_back] = polished.held_back.map(number);
     let unit = units.position;
-    let lowered = format!("fitting the simulated motion too lowered its error from {before} to {after} {unit}");
+    let lowered =
+        format!("fitting the simulated motion lowered its error from {before} to {after} {unit} on the data fitted");
     if !polished.is_used {
         let but = match polished.held_back {
-            [before, after] if after > before => "raised it",
-            _ => "hardly changed it:",
+            [before, after] if after > before => "raised",
+            _ => "hardly changed",
         };
         return format!(
-            "{lowered}, but {but} from {held_back} to {polished_held_back} {unit} on data held back: not used"
+            "{lowered}, but {but} it on data held back, from {held_back} to {polished_held_back} {unit}. The values so fitted are not used"
         );
     }
     let form = &polished.form;
@@ -229,16 +230,16 @@ fn polished_text(polished: &Polished, units: &Units) -> String {
     let each = std::iter::once(inertia).chain(refined);
     let each = each.map(|(symbol, value, unit)| unbroken(&format!("{symbol} = {} {unit}", number(value))));
     let differs = match &polished.differs[..] {
-        [] => "all agree with the values above within their errors".to_owned(),
-        [one] => format!("{one} differs from the value above by more than its error"),
+        [] => "All agree with the values above within the errors given there".to_owned(),
+        [one] => format!("{one} differs from the value above by more than the error given there"),
         differs => format!(
-            "{} differ from the values above by more than their errors",
+            "{} differ from the values above by more than the errors given there",
             differs.join(", ")
         ),
     };
     format!(
-        "{lowered}, and from {held_back} to {polished_held_back} {unit} on data held back, so the motion is simulated with these \
-         values, which have no standard errors: {}; {differs}. Take them to simulate the motion, and those of the equations of motion, above, to compare with other logs",
+        "{lowered}, and from {held_back} to {polished_held_back} {unit} on data held back. The values so fitted are {}, without standard \
+         errors. {differs}. They simulate the motion best; compare the values above with those of other logs",
         each.collect::<Vec<_>>().join(", "),
     )
 }

@@ -6,12 +6,18 @@ use flexure_report::data::JointPage;
 use serde_json::{Value, json};
 
 use super::arm_file::{self, Place, StartedArm};
-use super::flexible::{axis_json, curves, forms, write_axis};
+use super::flexible::{Words, axis_json, curves, forms, write_axis};
 use super::outcome::Outcome;
 use super::row::Row;
 use super::text::{Constant, Units, constants, with_error};
 use super::{Curves, Joint, Log, Motion, Trial, page, simulation};
 use crate::lines::Lines;
+
+const OF_ARM: Words = Words {
+    link: "M at q2 = 0",
+    torque: "torques",
+    no_motor_friction: "not identified for an arm: all friction counts as friction at the link",
+};
 
 /// An identified two-link arm with its log.
 pub struct TwoLink {
@@ -84,7 +90,7 @@ impl Joint for TwoLink {
         }
         for (i, axis) in self.arm.joints.iter().enumerate() {
             lines.sentence(format!("Joint {}", i + 1));
-            lines.deeper(|lines| write_axis(axis, "M at q2 = 0", trial.motions.get(i), "torques", lines));
+            lines.deeper(|lines| write_axis(axis, &OF_ARM, trial.motions.get(i), lines));
         }
         trial.write_later(log, &Units::of(false), &mut lines);
         lines

@@ -145,6 +145,8 @@ fn by_dependence(look: &Look, usable: &[usize], given: &[usize], output: Option<
         return None;
     }
     let is_ordered = (order.dependences()).any(|d| d.effect == best && d.direction == Direction::Forward);
+    let (_, away) = order.follows(best);
+    let is_last = away == 0.0;
     let is_named = output.is_some() || !given.is_empty();
     let names: Vec<&str> = inputs.iter().map(|i| look.columns[*i].name.as_str()).collect();
     let is_other = |i: usize| order.is_output(i, best) || (i != best && order.lies_between(i, best));
@@ -152,7 +154,7 @@ fn by_dependence(look: &Look, usable: &[usize], given: &[usize], output: Option<
         others: (usable.iter().copied())
             .filter(|&i| is_other(i) && !inputs.contains(&i))
             .collect(),
-        why: why(&look.columns[best].name, &names, is_ordered, is_named),
+        why: why(&look.columns[best].name, &names, [is_ordered, is_last], is_named),
         inputs,
         output: best,
     })
@@ -237,13 +239,17 @@ impl<'a> Order<'a> {
     }
 }
 
-/// Why this column is the output: whether the lags show an order, and whether the user named a column.
-fn why(output: &str, inputs: &[&str], is_ordered: bool, is_named: bool) -> String {
+/// Why this column is the output: whether the lags show an order, whether no column follows this one, and whether the user named a column.
+fn why(output: &str, inputs: &[&str], [is_ordered, is_last]: [bool; 2], is_named: bool) -> String {
     match (is_ordered, is_named) {
         (_, true) => "You named a column; the data show what it belongs to.".to_owned(),
         (true, _) => format!(
-            "'{output}' follows {} and leads none: it is taken as the output.",
-            quoted(inputs.iter().copied())
+            "'{output}' follows {}{}: it is taken as the output.",
+            quoted(inputs.iter().copied()),
+            match is_last {
+                true => format!(", and no other column follows '{output}'"),
+                false => String::new(),
+            }
         ),
         (false, _) => {
             "The lags do not tell which column is the cause, so the first column is taken as the input. Swap --input and --output if that is wrong."

@@ -51,13 +51,13 @@ pub(super) fn merge(mut tables: Vec<Table>, preparation: &Preparation, done: &mu
     if tables.iter().all(|table| table.instants.is_none()) {
         if let Some(other) = tables.iter().find(|table| table.len() != length) {
             bail!(
-                "{name} has {} samples and {} has {}, and none has a column of time; give the files such columns, or equal lengths",
+                "{name} has {} samples and {} has {}, and none has a time column; give the files such columns, or equal lengths",
                 grouped(length),
                 other.name,
                 grouped(other.len())
             );
         }
-        return Ok(side_by_side(tables, done, "which have no column of time"));
+        return Ok(side_by_side(tables, done, "which have no time column"));
     }
     common_clock(&mut tables)?;
     let step = tables[0].step("a merge")?;
@@ -85,7 +85,7 @@ pub(super) fn merge(mut tables: Vec<Table>, preparation: &Preparation, done: &mu
 fn common_clock(tables: &mut [Table]) -> Result<()> {
     if let Some(without) = tables.iter().find(|table| table.instants.is_none()) {
         bail!(
-            "{} has no column of time, and another file has; name its column, or merge files without",
+            "{} has no time column, and another file has; name its column, or merge files without",
             without.name
         );
     }

@@ -117,7 +117,7 @@ impl Table {
     pub fn step(&self, what: &str) -> Result<f64> {
         match &self.instants {
             Some(instants) => Ok(nominal_step(instants)?),
-            None => bail!("{what} needs the sample time, and there is no column of time"),
+            None => bail!("{what} needs the sample time, and there is no time column"),
         }
     }
 

@@ -41,25 +41,25 @@ impl Named for BandMethod {
         NamedValue::new(
             BandMethod::Auto,
             "auto",
-            "Robust where it can be, else wild bootstrap up to 20,000 rows and three columns; by blocks with the rules block or \
-             block-bootstrap; none for network and for more columns, where refits take long",
+            "The robust band, if the estimator has it. Otherwise the wild bootstrap, up to 20,000 rows and three columns. With the rules \
+             block and block-bootstrap: the block bootstrap. For networks and beyond these limits, refits take long: no band",
         ),
         NamedValue::new(
             BandMethod::Robust,
             "robust",
-            "Robust bias correction: kernel estimators in one column, independent rows; for local-bandwidth that of the local line \
-             with one bandwidth",
+            "Robust bias correction. For kernel estimators in one column and independent rows. For local-bandwidth, it is the band of the \
+             local line with one bandwidth",
         ),
         NamedValue::new(
             BandMethod::Bootstrap,
             "bootstrap",
-            "Wild bootstrap: any estimator, independent rows; 95 % bands of four estimators of sin 3x from 500 rows were measured to \
-             cover 94 to 96 % on average over x, single points down to 89 %",
+            "Wild bootstrap. For any estimator and independent rows. Its 95 % bands for four estimators of sin 3x from 500 rows covered \
+             94 to 96 % on average over x, and at single points down to 89 %",
         ),
         NamedValue::new(
             BandMethod::Block,
             "block",
-            "Block bootstrap: any estimator, rows in order of time",
+            "Block bootstrap. For any estimator and rows in order of time",
         ),
         NamedValue::new(BandMethod::None, "none", "No band: lower and upper are NaN"),
     ];
@@ -74,7 +74,7 @@ impl Named for Outside {
             "nearest",
             "The value at the nearest point of the range",
         ),
-        NamedValue::new(Outside::Linear, "linear", "The straight continuation"),
+        NamedValue::new(Outside::Linear, "linear", "A straight line beyond the range"),
     ];
 }
 

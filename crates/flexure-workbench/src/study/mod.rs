@@ -38,7 +38,7 @@ impl Named for Part {
             "estimators",
             "Every estimator of a static nonlinearity but the network",
         ),
-        NamedValue::new(Part::Networks, "networks", "The network, which takes its time to train"),
+        NamedValue::new(Part::Networks, "networks", "The network; its training takes long"),
     ];
 }
 

@@ -2,11 +2,15 @@
 
 use flexure::identify::result::StructureName;
 use flexure::identify::{Refutation, StructureCandidate, StructureComparison, Symptom};
-use flexure::text::{BELOW_ZERO, fit, joined, number};
+use flexure::text::{BELOW_ZERO, counted, fit, joined, number};
 use flexure_report::data::{Page, Table};
 use serde_json::{Value, json};
 
 use crate::lines::{Lines, Tone};
+
+/// What refutes a structure.
+const REFUTED: &str =
+    "A structure is refuted by another one that predicts significantly better, or by a residual test.";
 
 /// The answer, in short.
 fn answer(comparison: &StructureComparison) -> String {
@@ -104,10 +108,10 @@ pub fn write(comparison: &StructureComparison, columns: &str, lines: &mut Lines)
     ));
     for c in &comparison.candidates {
         let refuted = match (c.refuted_by.is_empty(), is_supported(comparison, c)) {
-            (true, _) => "",
-            (false, false) => "  refuted",
+            (true, _) => String::new(),
+            (false, false) => format!("  refuted by {}", refuted_by(c)),
             // A test detects the misfit, but it is too small to matter.
-            (false, true) => "  negligible misfit",
+            (false, true) => "  negligible misfit".to_owned(),
         };
         let (fit, rms) = (fit(c.fit_percent, 2), number(c.rms));
         let name = c.structure.title;
@@ -116,12 +120,30 @@ pub fn write(comparison: &StructureComparison, columns: &str, lines: &mut Lines)
             c.parameters
         ));
     }
-    let sentences = below_zero(comparison)
-        .into_iter()
-        .chain(comparison.reasons.iter().cloned());
-    for sentence in sentences.chain(reservation(comparison)) {
-        lines.sentence(sentence);
-    }
+    let any_is_refuted = comparison.candidates.iter().any(|c| !c.refuted_by.is_empty());
+    let mut reasons = reasons(comparison).cloned();
+    let answer = reasons.next().into_iter();
+    let sentences = (answer.chain(any_is_refuted.then(|| REFUTED.to_owned())))
+        .chain(below_zero(comparison))
+        .chain(reasons)
+        .chain(reservation(comparison));
+    sentences.for_each(|sentence| lines.sentence(sentence));
+}
+
+/// What refutes a candidate, in short.
+fn refuted_by(candidate: &StructureCandidate) -> String {
+    let better = candidate.refuted_by.iter().find_map(|r| match r {
+        Refutation::Comparison { better, .. } => Some(better.title.to_owned()),
+        Refutation::Test(_) => None,
+    });
+    let tests = candidate.refuted_by.len() - usize::from(better.is_some());
+    let tests = (tests > 0).then(|| counted(tests, "test"));
+    joined(&better.into_iter().chain(tests).collect::<Vec<_>>())
+}
+
+/// The reasons without those that a table gives, structure by structure.
+fn reasons(comparison: &StructureComparison) -> impl Iterator<Item = &String> {
+    comparison.reasons.iter().filter(|r| !r.contains(" is refuted by "))
 }
 
 /// Whether the data support this candidate.
@@ -174,18 +196,11 @@ fn table(comparison: &StructureComparison) -> Table {
             refuted,
         ]
     });
-    let others = comparison
-        .reasons
-        .iter()
-        .skip(1)
-        .filter(|r| !r.contains(" is refuted by "));
-    let mut sentences = vec![
-        "Each was fitted to the first part of the record and judged on the rest, which none of them has seen. A structure is \
-         refuted by another one that predicts significantly better, or by a residual test."
-            .to_owned(),
-    ];
+    let mut sentences = vec![format!(
+        "Each was fitted to the first part of the record and judged on the rest, which none of them has seen. {REFUTED}"
+    )];
     sentences.extend(below_zero(comparison));
-    sentences.extend(others.cloned());
+    sentences.extend(reasons(comparison).skip(1).cloned());
     Table {
         title: "Structures that were compared".to_owned(),
         text: sentences.join(" "),

@@ -361,9 +361,9 @@ impl Outside {
     /// How many samples lie outside, and what happens there.
     pub fn remark(&self) -> Option<String> {
         let there = if self.held {
-            "held at its end value"
+            "is held at its end value"
         } else {
-            "continued straight"
+            "continues as a straight line"
         };
         let which = match (self.direct, self.samples) {
             (true, 1) => "input sample lies",
@@ -373,7 +373,7 @@ impl Outside {
         };
         (self.samples > 0).then(|| {
             format!(
-                "{} {which} outside the range in which the nonlinearity was identified; there it is {there}",
+                "{} {which} outside the range in which the nonlinearity was identified; there it {there}",
                 self.samples
             )
         })

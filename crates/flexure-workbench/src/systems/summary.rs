@@ -221,7 +221,7 @@ pub fn linear_text(block: &LinearBlock, sample_time: Option<f64>) -> String {
             0 => String::new(),
             1 => format!(" ({} s)", seconds(1)),
             // A response that begins slowly is seen late, and a held input is seen a step late.
-            delay => format!(" ({} s; the dead time is at most that)", seconds(delay)),
+            delay => format!(" (dead time at most {} s)", seconds(delay)),
         }
     });
     format!("order {}, delay {}{in_seconds}, {gain}", block.order(), block.delay())

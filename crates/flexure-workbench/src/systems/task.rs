@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use anyhow::Result;
 use flexure::Record;
-use flexure::identify::{Identification, Options, Request, Structure, Warning, or_linear};
+use flexure::identify::{Identification, Options, Request, Structure, Warning, or_another};
 use flexure::look::integrated_output;
 use flexure_io::{RecordFile, RecordMark};
 
@@ -20,8 +20,8 @@ pub struct Task {
     pub structure: &'static Structure,
     /// The choices.
     pub options: Options,
-    /// Whether linear dynamics may take the place of a Hammerstein system that does not hold ([`or_linear`]). Not for records in parts.
-    pub or_linear: bool,
+    /// Whether another structure may take the place of a Hammerstein system that does not hold ([`or_another`]). Not for records in parts.
+    pub or_another: bool,
 }
 
 /// An identified system.
@@ -80,8 +80,8 @@ impl Task {
         };
         let request = Request::new(&records, inputs, output, self.options.clone());
         let result = self.structure.identify_with(&request, &mut |name| stage(name));
-        let result = result.and_then(|result| match self.or_linear {
-            true => or_linear(result, &request, &mut |name| stage(name)),
+        let result = result.and_then(|result| match self.or_another {
+            true => or_another(result, &request, &mut |name| stage(name)),
             false => Ok(result),
         });
         let result = result.map_err(|error| file.locate(named(error, file)))?;

@@ -86,7 +86,7 @@ impl Outliers {
             (0, _) => None,
             (_, true) => Some(format!("{outliers} of the output left out: {named}")),
             (_, false) => Some(format!(
-                "{outliers} of the output, far from the model and from the samples beside: {named}; --robust leaves them out of the verdict"
+                "{outliers} of the output, far from the model and from the neighbouring samples: {named}; --robust leaves them out of the verdict"
             )),
         }
     }
@@ -325,7 +325,8 @@ impl Judged {
         if let Some(residuals) = &verdict.residuals {
             let refuting = residuals.tests.iter().find(|test| test.kind.refutes());
             let each = refuting.map_or(String::new(), |test| {
-                format!("; each fails below p = {}", decimal((test.level * 1e4).round() / 1e4))
+                let level = decimal((test.level * 1e4).round() / 1e4);
+                format!("; the model fails such a test if its p-value is below {level}")
             });
             lines.item(
                 "residual tests",

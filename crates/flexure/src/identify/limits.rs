@@ -27,7 +27,7 @@ pub(super) const MOSTLY: f64 = 0.99;
 /// Outliers that carry more than this share of the squared error hide the rest of it from the tests. Convention: they then more than triple
 /// the error's standard deviation, the scale of the tests.
 pub(super) const MOST_OF_THE_ERROR: f64 = 0.9;
-/// A misfit of less than this share of the output's standard deviation does not matter, even if it is certain. Convention: it is a tenth of
+/// A misfit of less than this share of the output's standard deviation does not matter, even if it is certain. Convention: it is a third of
 /// a line's width in a plot of the output.
 pub(super) const NEGLIGIBLE_MISFIT: f64 = 0.01;
 

@@ -56,7 +56,7 @@ mod warning;
 pub(crate) use checks::few_levels;
 
 pub use crate::model::{FeedbackModel, NarxModel, NarxTerm, VolterraModel};
-pub use auto::{AUTO, Refutation, StructureCandidate, StructureComparison, Symptom, or_linear};
+pub use auto::{AUTO, Refutation, StructureCandidate, StructureComparison, Symptom, or_another};
 pub use feedback::FEEDBACK;
 pub use hammerstein::{
     Calibration, HAMMERSTEIN, HammersteinMethod, PhysicalForm, PlainHammerstein, RefinedHammerstein, RegressionLag,

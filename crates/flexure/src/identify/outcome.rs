@@ -338,7 +338,7 @@ impl Verdict {
             true => (most, ""),
             false => (
                 format!("between {least} and {most}"),
-                " The error is also correlated in time: how much of that is noise, these data do not show.",
+                " The error is also correlated in time. These data do not show how much of the correlated part is noise.",
             ),
         };
         format!(
@@ -356,7 +356,7 @@ impl Verdict {
                 "No test refutes the model, but its error is large and not white. That is coloured \
                  noise or something that the model misses: these data do not show which."
             }
-            (false, true) => "The model holds: no residual test finds anything that it leaves unexplained.",
+            (false, true) => "The model holds: no residual test finds a dependence that the model misses.",
             (false, false) => {
                 "The model holds: no test finds that its error depends on the input. The error is correlated in time: coloured noise, or a misfit \
                  that the tests do not see."

@@ -26,7 +26,7 @@ pub enum Warning {
     #[error(
         "the input has only {levels} levels: a nonlinearity at the input {}",
         match levels {
-            2 => "cannot be told from a straight line",
+            2 => "cannot be distinguished from a straight line",
             _ => "is known at those alone, and drawn straight between them",
         }
     )]
@@ -35,9 +35,7 @@ pub enum Warning {
         levels: usize,
     },
     /// The output does not seem to depend on the input.
-    #[error(
-        "the output shows no significant dependence on the input at lags 0 to {lags}: the model is not to be trusted"
-    )]
+    #[error("the output shows no significant dependence on the input at lags 0 to {lags}: the model is not reliable")]
     NoDependence {
         /// The last lag that was looked at.
         lags: usize,
@@ -65,9 +63,9 @@ pub enum Warning {
     NoStaticGain,
     /// The fresh part's input leaves the range in which the nonlinearity was estimated.
     #[error(
-        "{percent:.1} % of {} lies outside the range [{}, {}] of the fit, by up to {} of it; there the curve is {}",
+        "{percent:.1} % of {} lies outside the range [{}, {}] of the fit, by up to {} of the range; outside it, the curve {}",
         if *.is_input { "the fresh part's input" } else { "what enters the nonlinearity in the fresh part" },
-        number(*.low), number(*.high), text::percent(*.farthest), if *.continued { "continued straight" } else { "held at its end value" }
+        number(*.low), number(*.high), text::percent(*.farthest), if *.continued { "continues as a straight line" } else { "is held at its end value" }
     )]
     OutsideRange {
         /// Share of the fresh samples.
@@ -194,7 +192,7 @@ fn outliers(samples: &[usize], left_out: bool) -> String {
             at.join(", ")
         ),
         false => format!(
-            "the output has {count} {what}, far from the model and from the samples beside ({samples} {}): the option robust (--robust) leaves \
+            "the output has {count} {what}, far from the model and from the neighbouring samples ({samples} {}): the option robust (--robust) leaves \
              them out of the fit",
             at.join(", ")
         ),

@@ -144,6 +144,9 @@ pub(super) fn judge<'a>(candidates: &[Judged<'a>], inputs: &[&[f64]]) -> Judgeme
 }
 
 /// What refutes each candidate in comparison with the best one; `squares` are their mean squared errors.
+///
+/// A candidate is also refuted if its error is larger than that of a refuted one that is no more general: its own comparison is only less
+/// certain, as when it is wrong for a short time. It gets the p-value of that one.
 fn comparisons(candidates: &[Judged<'_>], squares: &[f64]) -> Vec<Option<Refutation>> {
     // A few wild samples do not refute a candidate, but it is then not the best one.
     let uncut: Vec<f64> = candidates.iter().map(|c| mean_square(&c.uncut)).collect();
@@ -158,7 +161,23 @@ fn comparisons(candidates: &[Judged<'_>], squares: &[f64]) -> Vec<Option<Refutat
             p_value: test.p_value,
         })
     };
-    candidates.iter().enumerate().map(compared).collect()
+    let refuted: Vec<Option<Refutation>> = candidates.iter().enumerate().map(compared).collect();
+    let rank_of = |i: usize| rank(candidates[i].structure);
+    let even_worse = |i: usize| {
+        let less_wrong = |j: &usize| rank_of(*j) <= rank_of(i) && squares[*j] < squares[i];
+        let by = (0..candidates.len()).filter(less_wrong).find_map(|j| refuted[j])?;
+        Some(match by {
+            Refutation::Comparison { better, p_value, .. } => Refutation::Comparison {
+                better,
+                ratio: squares[i] / squares[best],
+                p_value,
+            },
+            test => test,
+        })
+    };
+    (0..candidates.len())
+        .map(|i| refuted[i].or_else(|| even_worse(i)))
+        .collect()
 }
 
 /// The simplest of the candidates that no comparison refutes: of those that hold, if any does.

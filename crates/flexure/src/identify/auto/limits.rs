@@ -1,5 +1,8 @@
 //! Every threshold of the comparison of structures. A convention is a choice that no reference or measurement decided.
 
+/// With more fitted samples, all structures are compared only where they are asked for. Convention: such a comparison takes minutes.
+pub(super) const MOST_COMPARED: usize = 50_000;
+
 /// Robust standard deviations at which errors are cut before they are compared. Convention: normal errors are not cut.
 pub(super) const CUT: f64 = 6.0;
 /// A mean squared error that is larger by less than this share counts as equal: the candidates' estimation errors differ. Convention.

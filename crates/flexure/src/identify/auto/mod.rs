@@ -6,7 +6,7 @@
 //! - A candidate is **refuted by a comparison** if its squared error is significantly larger than the best one's (paired test with
 //!   dependence allowed for, see [`PairedComparison`](crate::validation::PairedComparison); 1 %, shared out among the
 //!   comparisons) and larger by at least 2 %. The smallest error alone decides nothing: if one of two structures contains the other, either
-//!   may have it by chance.
+//!   may have it by chance. A candidate with an even larger error than a refuted one that is no more general is refuted too.
 //! - It is **refuted by a test** if one of the [residual tests](crate::validation::ResidualTests) rejects it (1 %, shared out among
 //!   the tests), and the misfit that the test detects is not negligible.
 //! - **Chosen** is the simplest candidate that no comparison refutes: of those that hold, if any does. Hammerstein and Wiener are equally
@@ -45,6 +45,7 @@ use super::samples::Samples;
 use crate::error::{DataError, Error, Result};
 pub use comparison::{Refutation, StructureCandidate, StructureComparison};
 use judge::{Judged, judge};
+use limits::MOST_COMPARED;
 pub use symptoms::Symptom;
 
 /// The structures that are compared for this number of inputs, simplest first.
@@ -92,17 +93,31 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
         missing: request.options.missing,
         ..Options::with_fresh_share(request.options.fresh_share)
     });
+    compare(&samples, &request, None, progress)
+}
+
+/// Fits all structures, simplest first, unless a simpler one suffices, and compares them. The `known` fit of one of them is not made again.
+fn compare(
+    samples: &Samples<'_>,
+    request: &Request<'_>,
+    mut known: Option<Identification>,
+    progress: &mut Progress<'_>,
+) -> Result<Identification> {
     let mut fitted: Vec<Identification> = Vec::new();
     let mut others = Others::default();
     for structure in compared_structures(request.inputs.len()) {
-        let judged: Vec<Judged<'_>> = judged(&samples, &fitted);
+        let judged: Vec<Judged<'_>> = judged(samples, &fitted);
         let least = judged.iter().map(Judged::error).fold(f64::INFINITY, f64::min);
         if judged.iter().any(|j| j.suffices(structure, least)) {
             others.superfluous.push(structure.name.title);
             continue;
         }
         let stage = &mut |stage: &str| progress(&format!("{}, {stage}", structure.name));
-        match structure.identify_with(&request, stage) {
+        let identified = match known.take_if(|known| known.structure == structure.name) {
+            Some(known) => Ok(known),
+            None => structure.identify_with(request, stage),
+        };
+        match identified {
             Err(Error::Data(DataError::TooShort { .. })) if !fitted.is_empty() => {
                 others.too_few_samples.push(structure.name.title);
             }
@@ -122,21 +137,22 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
             }
         }
     }
-    Ok(compared(&samples, fitted, &others))
+    Ok(compared(samples, fitted, &others))
 }
 
-/// The result of a [`HAMMERSTEIN`](super::HAMMERSTEIN) identification of one record. If it does not hold, linear dynamics are identified too, and
-/// compared with it on the fresh part as by [`AUTO`]. If they predict significantly better, their result is returned, with the comparison.
+/// The result of a [`HAMMERSTEIN`](super::HAMMERSTEIN) identification of one record. If it does not hold, the result of [`AUTO`], which does not
+/// repeat this identification.
 ///
-/// This is for users who gave no structure: linear dynamics take little time, and often predict better if the system is neither of the two. The
-/// result is unchanged for several records, with the options `robust` or `missing`, with fewer than 200 fitted samples, and if outliers hide
-/// whether it holds.
+/// This is for users who gave no structure. With more than 50,000 fitted samples, a comparison of all structures takes minutes. Then only linear
+/// dynamics are compared with the Hammerstein model; their result is returned, with the comparison, if they predict significantly better.
+/// The result is unchanged for several records, with the options `robust` or `missing`, with fewer than 200 fitted samples, and if outliers
+/// hide whether the model holds.
 ///
 /// # Errors
 /// [`Error::Stopped`] if `progress` stopped it.
 ///
 /// ```
-/// use flexure::identify::{HAMMERSTEIN, Options, Request, or_linear};
+/// use flexure::identify::{HAMMERSTEIN, Options, Request, or_another};
 /// use flexure::linear::TransferFunction;
 /// use flexure::record::Record;
 /// use std::ops::ControlFlow;
@@ -155,12 +171,12 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
 /// let (records, go_on) = ([&record], &mut |_: &str| ControlFlow::Continue(()));
 /// let request = Request::new(&records, &["u"], "y", Options::default());
 /// let hammerstein = HAMMERSTEIN.identify_with(&request, go_on)?;
-/// let result = or_linear(hammerstein, &request, go_on)?;
+/// let result = or_another(hammerstein, &request, go_on)?;
 /// assert_eq!(result.structure.key, "linear");
 /// assert!(result.verdict.holds());
 /// # Ok::<(), flexure::Error>(())
 /// ```
-pub fn or_linear(
+pub fn or_another(
     hammerstein: Identification,
     request: &Request<'_>,
     progress: &mut Progress<'_>,
@@ -174,6 +190,12 @@ pub fn or_linear(
     let Ok(samples) = request.samples_at_least(COMPARISON, FEWEST_SAMPLES) else {
         return Ok(hammerstein);
     };
+    if samples.fitted <= MOST_COMPARED {
+        return match compare(&samples, request, Some(hammerstein.clone()), progress) {
+            Err(Error::Stopped(stopped)) => Err(Error::Stopped(stopped)),
+            compared => Ok(compared.unwrap_or(hammerstein)),
+        };
+    }
     let stage = &mut |stage: &str| progress(&format!("{}, {stage}", LINEAR.name));
     let linear = match LINEAR.identify_with(request, stage) {
         Ok(linear) => linear,

@@ -114,8 +114,8 @@ fn strongest(c: &StructureCandidate) -> Option<String> {
     let first = c.refuted_by.iter().max_by(|a, b| seen(a).total_cmp(&seen(b)))?;
     let others = c.refuted_by.len() - 1;
     let test = match first {
-        Refutation::Comparison { .. } => "test",
-        Refutation::Test(_) => "more test",
+        Refutation::Comparison { .. } => "residual test",
+        Refutation::Test(_) => "more residual test",
     };
     Some(match others {
         0 => first.to_string(),

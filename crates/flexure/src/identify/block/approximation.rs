@@ -3,6 +3,8 @@
 //! The Steiglitz-McBride iteration gives the start, Levenberg-Marquardt then minimises the output error. For a Gaussian input its poles and
 //! zeros are those of both linear blocks together (Bussgang's theorem).
 
+use std::ops::RangeInclusive;
+
 use super::changes::{changes, greedy};
 use super::descent::{Minimum, Residuals, descend};
 use super::equation_error::{EquationError, Judged};
@@ -55,6 +57,18 @@ pub(in crate::identify) fn approximate(
     refitted(data, start(data, order)?, monitor)
 }
 
+/// The approximations of several orders, those that were found.
+pub(in crate::identify) fn approximate_all(
+    data: &Signals,
+    orders: RangeInclusive<usize>,
+    monitor: &mut Monitor<'_>,
+) -> Vec<Option<Approximation>> {
+    // A numerator has a coefficient more than there are poles.
+    let numbers = 2 * data.y.len() * (2 * orders.end() + 1);
+    let orders: Vec<usize> = orders.collect();
+    monitor.side_by_side(&orders, numbers, |order, monitor| approximate(data, *order, monitor))
+}
+
 /// The approximation after adding and removing poles and numerator coefficients while Schwarz's criterion falls.
 pub(in crate::identify) fn restructured(data: &Signals, start: &Rational, monitor: &mut Monitor<'_>) -> Approximation {
     let mut data = data.clone();
@@ -66,8 +80,10 @@ pub(in crate::identify) fn restructured(data: &Signals, start: &Rational, monito
     data.set_dependence(&best.system.run(data.input()));
     let score = |a: &Approximation| data.bic(a.squares, a.system.count());
     greedy(best, score, |best| {
-        let near = changes(&best.system).into_iter();
-        near.filter_map(|g| refitted(&data, g, monitor)).collect()
+        let near = changes(&best.system);
+        let numbers = 2 * data.y.len() * best.system.count();
+        let refitted = monitor.side_by_side(&near, numbers, |g, monitor| refitted(&data, g.clone(), monitor));
+        refitted.into_iter().flatten().collect()
     })
 }
 

@@ -9,10 +9,11 @@ use super::limits::{
     TRIAL,
 };
 use super::pieces::{fewest_in_piece, refitted, with_pieces};
-use super::search::Search;
+use super::search::{Search, numbers};
 use super::signals::Signals;
 use super::spline::Kink;
 use super::system::{Part, System};
+use crate::parallel;
 use crate::sort::sorted;
 
 impl Search<'_, '_> {
@@ -27,17 +28,23 @@ impl Search<'_, '_> {
     fn kinked_part(&mut self, best: Candidate, part: Part, data: &Signals) -> Candidate {
         let half = best.system.pieces(part) / 2;
         let half = (half > PIECES_UNDER_KINKS[1]).then_some(half);
+        let pieces = PIECES_UNDER_KINKS.into_iter().chain(half);
+        let starts: Vec<Candidate> = pieces
+            .filter_map(|p| with_pieces(&best.system, part, p, data))
+            .collect();
+        let free = self.free;
+        let searched = self
+            .monitor
+            .side_by_side(&starts, numbers(&starts, data), |start, monitor| {
+                let mut search = Search::new(free, monitor);
+                let start = search.listed(start.clone(), data, ROUGH);
+                (search.with_kinks(start, part, data), search.tried)
+            });
         let mut kinked: Option<Candidate> = None;
-        for pieces in PIECES_UNDER_KINKS.into_iter().chain(half) {
-            let Some(start) = with_pieces(&best.system, part, pieces, data) else {
-                continue;
-            };
-            let start = self.listed(start, data, ROUGH);
-            if let Some(next) = self.with_kinks(start, part, data)
-                && kinked.as_ref().is_none_or(|k| next.better(k, data))
-            {
-                kinked = Some(next);
-            }
+        for (next, tried) in searched {
+            self.tried.extend(tried);
+            let next = next.filter(|next| kinked.as_ref().is_none_or(|k| next.better(k, data)));
+            kinked = next.or(kinked);
         }
         let Some(mut kinked) = kinked.filter(|k| k.bic(data) < best.bic(data) - KINK_EVIDENCE) else {
             return best;
@@ -95,10 +102,9 @@ fn with_kink(system: &System, part: Part, data: &Signals) -> Option<Candidate> {
         let i = (share * last as f64) as usize;
         [i, last - i]
     });
-    let tried = even
-        .chain(rare)
-        .filter_map(|i| Some((sorted[i], with(sorted[i], &few)?.squares)));
-    let (at, _) = tried.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let places: Vec<f64> = even.chain(rare).map(|i| sorted[i]).collect();
+    let tried = parallel::batch(&places, |at| Some((*at, with(*at, &few)?.squares)));
+    let (at, _) = tried.into_iter().flatten().min_by(|a, b| a.1.total_cmp(&b.1))?;
     with(at, data)
 }
 

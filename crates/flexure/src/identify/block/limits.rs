@@ -61,6 +61,9 @@ pub const START_SAMPLES: usize = 5_000;
 /// Samples for the choice of the structure.
 pub const STRUCTURE_SAMPLES: usize = 20_000;
 
+/// Fits run side by side as long as their Jacobians have at most this many numbers together. Convention: 256 MB.
+pub const MOST_NUMBERS: usize = 1 << 25;
+
 /// Lags of the errors' autocorrelation, which gives the number of independent errors, and the fewest independent errors that are assumed.
 /// Conventions.
 pub const ERROR_LAGS: usize = 100;

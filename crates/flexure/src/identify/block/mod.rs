@@ -40,7 +40,7 @@ mod uncertainty;
 mod units;
 
 pub(super) use {
-    approximation::{Approximation, approximate, restructured},
+    approximation::{Approximation, approximate_all, restructured},
     candidate::{Candidate, Tried},
     cascade::{fit_nonlinearity, search, splits, without_start},
     changes::{greedy, linear_parts, with_a_pole_less},

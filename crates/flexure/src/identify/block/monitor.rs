@@ -2,8 +2,9 @@
 
 use std::ops::ControlFlow;
 
+use super::limits::MOST_NUMBERS;
 use crate::error::{Error, Result, Stopped};
-use crate::interrupt;
+use crate::{interrupt, parallel};
 
 /// What an identification is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,6 +60,40 @@ impl<'a> Monitor<'a> {
             self.stopped = Some(self.stage);
         }
         self.stopped.is_none()
+    }
+
+    /// The results of independent jobs, side by side over all cores, in the order of the jobs. While it runs, a job needs memory for
+    /// this many `numbers`; so many run at once that all need at most [`MOST_NUMBERS`].
+    ///
+    /// The progress function is called before the jobs, not within them: it belongs to this thread.
+    pub fn side_by_side<J: Sync, R: Send>(
+        &mut self,
+        jobs: &[J],
+        numbers: usize,
+        run: impl Fn(&J, &mut Monitor<'_>) -> R + Sync,
+    ) -> Vec<R> {
+        let at_once = (MOST_NUMBERS / numbers.max(1)).max(1);
+        let mut results = Vec::with_capacity(jobs.len());
+        for jobs in jobs.chunks(at_once) {
+            if let [alone] = jobs {
+                results.push(run(alone, self));
+                continue;
+            }
+            self.keep_on();
+            let (stage, stopped) = (self.stage, self.stopped);
+            results.extend(parallel::batch(jobs, |job| {
+                let progress = &mut |_: &str| ControlFlow::Continue(());
+                run(
+                    job,
+                    &mut Monitor {
+                        progress,
+                        stage,
+                        stopped,
+                    },
+                )
+            }));
+        }
+        results
     }
 
     /// The stage at which it was stopped, if it was.

@@ -1,6 +1,6 @@
 //! The samples of a fit at zero mean and unit variance, and their best linear approximations.
 
-use super::approximation::{Approximation, approximate};
+use super::approximation::{Approximation, approximate_all};
 use super::delay::delay_with_edge;
 use super::limits::{
     LARGEST_ORDER, MOST_SAMPLES, SETTLED_START, SETTLING_UNKNOWN, START_ORDERS, STRUCTURE_SAMPLES, WEAK_APPROXIMATION,
@@ -99,7 +99,6 @@ fn approximations(data: &Signals, monitor: &mut Monitor<'_>) -> Vec<Scored> {
         relative_error: (a.squares / data.counted() as f64).sqrt(),
         system: a.system,
     };
-    (1..=LARGEST_ORDER.min(data.counted() / 20))
-        .filter_map(|order| approximate(data, order, monitor).map(score))
-        .collect()
+    let all = approximate_all(data, 1..=LARGEST_ORDER.min(data.counted() / 20), monitor);
+    all.into_iter().flatten().map(score).collect()
 }

@@ -60,13 +60,14 @@ impl<'a, 'm> Search<'a, 'm> {
         for round in rounds {
             let data = data.head(round.samples);
             all.truncate(round.kept);
-            for c in &mut all {
-                *c = c.on(&data);
-                if let Some(pieces) = round.pieces {
-                    *c = finer(c.clone(), &data, |_| pieces);
-                }
-                *c = self.trial(c.clone(), &data, round.rule);
-            }
+            all = self.monitor.side_by_side(&all, numbers(&all, &data), |c, monitor| {
+                let c = c.on(&data);
+                let c = match round.pieces {
+                    Some(pieces) => finer(c, &data, |_| pieces),
+                    None => c,
+                };
+                c.fitted(&data, round.rule, monitor)
+            });
             all.retain(|c| c.squares.is_finite());
             sort::by_key(&mut all, |c| c.bic(&data));
             if round.listed {
@@ -147,13 +148,12 @@ impl<'a, 'm> Search<'a, 'm> {
     pub fn restructured(&mut self, best: Candidate, data: &Signals) -> Candidate {
         let score = |c: &Candidate| c.bic(data);
         greedy(best, score, |best| {
-            let mut changed = Vec::new();
-            for system in neighbours(&best.system, self.free) {
-                if self.monitor.stopped().is_some() {
-                    return Vec::new();
-                }
-                changed.push(self.listed(Candidate::new(system, data), data, TRIAL));
-            }
+            let near = neighbours(&best.system, self.free);
+            let numbers = numbers(std::slice::from_ref(best), data);
+            let changed = self.monitor.side_by_side(&near, numbers, |system, monitor| {
+                Candidate::new(system.clone(), data).fitted(data, TRIAL, monitor)
+            });
+            self.tried.extend(changed.iter().map(|c| c.tried(data)));
             changed
         })
     }
@@ -198,6 +198,12 @@ impl<'a, 'm> Search<'a, 'm> {
         let found = self.trial(found.on(data), data, LAST);
         anchored(found, data).fitted_efficiently(data, self.monitor)
     }
+}
+
+/// The numbers of the largest Jacobian of these candidates, and as many again for its products.
+pub(super) fn numbers(candidates: &[Candidate], data: &Signals) -> usize {
+    let parameters = candidates.iter().map(|c| c.system.degrees()).max().unwrap_or(0);
+    2 * data.y.len() * parameters
 }
 
 /// Every nonlinearity with another number of pieces, dense where it is rough.

@@ -209,19 +209,19 @@ fn details(units: &InUnits, best: &LoopCandidate, approximations: &[f64], output
         Convention::HoldingInput => (
             "holding-input",
             "in the unit of the input",
-            "its value at z is the constant input that holds the entering signal at z",
+            "its value at z is the constant input at which the entering signal rests at z",
         ),
         Convention::NoTangent => (
             "no-tangent",
             "in the unit of the output",
-            "the loop passes no constant, so the data do not say how a straight line is divided between the nonlinearity and the linear part: here \
-             the nonlinearity has slope 0 at the median of what enters it",
+            "the linear part can absorb a straight line of the nonlinearity, so the data do not fix its slope. By convention it has slope 0 at \
+             the median of what enters it",
         ),
     };
     let [low, high] = units.seen;
     let beyond = match best.system.spline.pieces() == 1 && best.system.spline.kinks.is_empty() {
-        true => "one cubic suffices, which goes on half the range further, then straight",
-        false => "beyond, it goes on straight",
+        true => "one cubic suffices. Beyond the range it goes on for half of the range, then straight",
+        false => "beyond the range it goes on straight",
     };
     let order = best.system.order();
     let orders: Vec<usize> = (1..=approximations.len()).collect();

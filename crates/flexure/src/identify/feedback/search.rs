@@ -1,20 +1,21 @@
 //! The search: starts of several orders, the best of them refined, then pieces, kinks and the input of the nonlinearity.
 
 use super::limits::{
-    CORRECTED, CORRECTIONS, CURVE_SAMPLES, FEWEST_IN_PIECE, FINE_PIECES, KEPT, KEPT_PIECES, LARGEST_ORDER, LAST,
-    MOST_KINKS, MOST_UNCOUNTED, PIECES, PIECES_UNDER_KINKS, REFINED, RESTART_FALL, RESTARTS, ROUGH, SAMPLES_AN_ORDER,
+    CORRECTED, CORRECTIONS, FEWEST_IN_PIECE, FINE_PIECES, KEPT, KEPT_PIECES, LARGEST_ORDER, LAST, MOST_KINKS,
+    MOST_UNCOUNTED, PIECES, PIECES_UNDER_KINKS, REFINED, RESTART_FALL, RESTARTS, ROUGH, SAMPLES_AN_ORDER,
     START_SAMPLES, STRUCTURE_SAMPLES, TRIAL, UNCOUNTED_PART, WORSE_ORDERS, WORSE_PIECES,
 };
 use super::loss::LoopError;
 use super::starts::{guesses, start};
 use super::system::{Entering, Loop, Observed};
+use super::units::on_breakpoints;
 use crate::identify::block::{
     Approximation, EVEN, KINK_EVIDENCE, KINK_PLACES, Kink, KinkedSpline, Monitor, Residuals, Roughness, Signals, Stage,
-    StopRule, approximate, descend, robust_to_restart, thinned,
+    StopRule, approximate_all, descend, robust_to_restart, thinned,
 };
 use crate::identify::result::{Value, Values};
 use crate::linear::least_squares::least_squares;
-use crate::sort;
+use crate::{parallel, sort};
 
 /// A loop and its sum of squared simulation errors.
 #[derive(Debug, Clone)]
@@ -89,14 +90,14 @@ impl Search<'_, '_> {
             (few.y.len() / UNCOUNTED_PART).min(MOST_UNCOUNTED),
         );
         let largest = LARGEST_ORDER.min(few.y.len() / SAMPLES_AN_ORDER).max(1);
-        let linear: Vec<_> = (1..=largest).map(|n| approximate(&signals, n, self.monitor)).collect();
+        let linear = approximate_all(&signals, 1..=largest, self.monitor);
         let started = self.best_starts(&few, &linear);
         let medium = self.data.head(STRUCTURE_SAMPLES);
         let mut judge = Judge {
             data: &medium,
             dependence: 1.0,
         };
-        let refined: Vec<_> = started.into_iter().map(|c| self.refine(c, &judge)).collect();
+        let refined = self.side_by_side(started, &medium, |search, c| search.refine(c, &judge));
         let best = refined.into_iter().filter(|c| c.squares.is_finite());
         let mut best = best.min_by(|a, b| judge.bic(a).total_cmp(&judge.bic(b)))?;
         self.monitor.stage = Stage::Structure;
@@ -180,8 +181,39 @@ impl Search<'_, '_> {
             system: s.system,
             origin,
         });
-        let fitted = candidates.map(|c| self.fit_with_less_correction(c, few));
-        fitted.filter(|c| c.squares.is_finite()).collect()
+        let fitted = self.side_by_side(candidates.collect(), few, |search, c| {
+            search.fit_with_less_correction(c, few)
+        });
+        fitted.into_iter().filter(|c| c.squares.is_finite()).collect()
+    }
+
+    /// Searches from several candidates on these samples, side by side.
+    fn side_by_side(
+        &mut self,
+        candidates: Vec<LoopCandidate>,
+        data: &Observed,
+        run: impl Fn(&mut Search<'_, '_>, LoopCandidate) -> LoopCandidate + Sync,
+    ) -> Vec<LoopCandidate> {
+        let parameters = candidates.iter().map(|c| c.system.count()).max().unwrap_or(0);
+        let numbers = 2 * data.y.len() * parameters;
+        let (given, whole) = (self.data, self.whole);
+        let searched = self.monitor.side_by_side(&candidates, numbers, |c, monitor| {
+            let mut search = Search {
+                data: given,
+                whole,
+                monitor,
+                tried: Vec::new(),
+                seen: Vec::new(),
+            };
+            let found = run(&mut search, c.clone());
+            (found, search.tried, search.seen)
+        });
+        let kept = |(found, tried, seen)| {
+            self.tried.extend::<Vec<Values>>(tried);
+            self.seen.extend::<Vec<LoopCandidate>>(seen);
+            found
+        };
+        searched.into_iter().map(kept).collect()
     }
 
     /// Fits with less and less correction of the state, in the end with none.
@@ -368,29 +400,13 @@ impl Search<'_, '_> {
     }
 }
 
-/// The same curve on other breakpoints, by least squares over the values of a signal; kinks stay.
-pub(super) fn on_breakpoints(spline: &KinkedSpline, at: &[f64], z: &[f64]) -> Option<KinkedSpline> {
-    let mut next = KinkedSpline::new(at);
-    let step = (z.len() / CURVE_SAMPLES).max(1);
-    let z: Vec<f64> = z.iter().step_by(step).copied().collect();
-    let mut kinkless = spline.clone();
-    kinkless.kinks.clear();
-    let target: Vec<f64> = z.iter().map(|z| kinkless.value(*z)).collect();
-    let local: Vec<_> = z.iter().map(|z| next.local(*z)).collect();
-    let columns: Vec<Vec<f64>> = (0..next.c.len()).map(|j| next.by_parameter(j, &z, &local)).collect();
-    next.c = least_squares(&target, &columns, 0)?.coefficients;
-    next.kinks.clone_from(&spline.kinks);
-    next.c.iter().all(|c| c.is_finite()).then_some(next)
-}
-
 /// Adds a kink at the place where, to first order, its bend explains most of the error that all other parameters leave.
 fn with_kink(c: &LoopCandidate, judge: &Judge<'_>) -> Option<LoopCandidate> {
     let few = judge.data.head(START_SAMPLES);
     let mut sorted = c.system.entering(&few)?;
     sorted.sort_unstable_by(f64::total_cmp);
     let places = (1..=KINK_PLACES).map(|i| sorted[i * sorted.len() / (KINK_PLACES + 1)]);
-    let mut tried = Vec::new();
-    for at in places {
+    let tried = parallel::batch(&places.collect::<Vec<_>>(), |&at| {
         let mut next = c.system.clone();
         next.spline.kinks.push(Kink { at, bend: 0.0 });
         let problem = LoopError::new(next, &few);
@@ -398,9 +414,10 @@ fn with_kink(c: &LoopCandidate, judge: &Judge<'_>) -> Option<LoopCandidate> {
         let target: Vec<f64> = linearised.residuals.iter().map(|r| -r).collect();
         let found = least_squares(&target, &linearised.jacobian, 0)?;
         let moved = problem.with(&add(&problem.start(), &found.coefficients));
-        tried.push((moved, found.squares));
-    }
-    let (moved, _) = tried.into_iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some((moved, found.squares))
+    });
+    let tried: Option<Vec<_>> = tried.into_iter().collect();
+    let (moved, _) = tried?.into_iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
     let bend = *moved.spline.kinks.last()?;
     // The whole step if the loop stays stable with it, otherwise its kink alone.
     let mut alone = c.system.clone();

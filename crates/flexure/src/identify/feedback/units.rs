@@ -10,16 +10,15 @@
 //! - Where a constant does not pass from the input or from w to z, there is no such f. Then its tangent at the median of z is moved into
 //!   the linear part, and its scale is that of the output.
 
-use super::limits::{CONTINUED_SHARE, NAMING_SHARE, PASSES_CONSTANT, RESPONSE, SMALLEST_GAIN};
+use super::limits::{CONTINUED_SHARE, CURVE_SAMPLES, NAMING_SHARE, PASSES_CONSTANT, RESPONSE, SMALLEST_GAIN};
 use super::loss::LoopError;
-use super::search::on_breakpoints;
 use super::system::{Entering, Loop, Observed};
 use crate::error::Result;
 use crate::identify::block::{Band, KinkedSpline, Residuals, Scale, Uncertainty, tabulated};
 use crate::identify::result::StaticBlock;
 use crate::linalg::{Matrix, Vector};
 use crate::linear::correlation::{mean, variance};
-use crate::linear::least_squares::normal_equations;
+use crate::linear::least_squares::{least_squares, normal_equations};
 use crate::model::{FeedbackLevels, FeedbackModel};
 use crate::sort::sorted;
 use crate::vectors::dot;
@@ -229,6 +228,21 @@ fn continued(system: &Loop, z: &[f64]) -> Option<KinkedSpline> {
     let (low, high) = (spline.breakpoints()[0], spline.breakpoints()[1]);
     let more = CONTINUED_SHARE * (high - low);
     on_breakpoints(spline, &[low - more, high + more], z)
+}
+
+/// The same curve on other breakpoints, by least squares over the values of a signal; kinks stay.
+pub(super) fn on_breakpoints(spline: &KinkedSpline, at: &[f64], z: &[f64]) -> Option<KinkedSpline> {
+    let mut next = KinkedSpline::new(at);
+    let step = (z.len() / CURVE_SAMPLES).max(1);
+    let z: Vec<f64> = z.iter().step_by(step).copied().collect();
+    let mut kinkless = spline.clone();
+    kinkless.kinks.clear();
+    let target: Vec<f64> = z.iter().map(|z| kinkless.value(*z)).collect();
+    let local: Vec<_> = z.iter().map(|z| next.local(*z)).collect();
+    let columns: Vec<Vec<f64>> = (0..next.c.len()).map(|j| next.by_parameter(j, &z, &local)).collect();
+    next.c = least_squares(&target, &columns, 0)?.coefficients;
+    next.kinks.clone_from(&spline.kinks);
+    next.c.iter().all(|c| c.is_finite()).then_some(next)
 }
 
 /// The model with these units.

@@ -162,7 +162,7 @@ impl fmt::Display for Finding {
             ),
             Finding::SampledTooSlowly { step, band } => write!(
                 f,
-                "the motion still stands out of the noise at {} Hz, near the limit of {} Hz of a sample time \
+                "the motion still has power above the noise at {} Hz, near the limit of {} Hz of a sample time \
                  of {} s: what happens between the samples is lost; sample faster, or excite more slowly",
                 decimal(band),
                 decimal(0.5 / step),
@@ -194,8 +194,8 @@ impl fmt::Display for Finding {
             Finding::OtherInertia { equations, simulation } => write!(
                 f,
                 "the equations of motion give the inertia {}, and the simulation of the motion {}: the position's noise hides the \
-                 acceleration, or the instants of the samples are wrong. Where only the stamps jitter, do not resample; otherwise measure finer, \
-                 or excite faster motions",
+                 acceleration, or the instants of the samples are wrong. Where only the stamps jitter, do not resample; otherwise use an encoder of higher \
+                 resolution, or excite faster motions",
                 number(equations),
                 number(simulation)
             ),
@@ -233,7 +233,7 @@ fn write_stiff(f: &mut fmt::Formatter<'_>, stiff: &StiffJoint) -> fmt::Result {
     let side = if clock_offset.value > 0.0 { "later" } else { "earlier" };
     write!(
         f,
-        "motor and link move almost as one: the link's samples are {} ms {side} than the motor's, and that times velocity is {} of the \
+        "motor and link move almost as one: the link's samples are {} ms {side} than the motor's, and this time offset explains {} of the \
          difference between their angles (mean square)",
         with_error(1e3 * clock_offset.value.abs(), 1e3 * clock_offset.standard_error),
         percent(*share_of_clocks)
@@ -241,7 +241,7 @@ fn write_stiff(f: &mut fmt::Formatter<'_>, stiff: &StiffJoint) -> fmt::Result {
     match compliance.is_positive() {
         true => write!(
             f,
-            "; besides, the joint gives by {} rad a N m of the motor, a stiffness of at most {:.1e} N m/rad",
+            ". In addition, the joint deflects by {} rad per N m of motor torque: a stiffness of at most {:.1e} N m/rad",
             with_error(compliance.value, compliance.standard_error),
             1.0 / compliance.value
         )?,
@@ -321,6 +321,6 @@ fn write_no_flexibility(f: &mut fmt::Formatter<'_>, deflection: f64, noise: f64,
     }
     write!(
         f,
-        "; the joint is taken as rigid, and its friction is that of motor and link together. Load it more, or measure finer"
+        "; the joint is taken as rigid, and its friction is that of motor and link together. Load it more, or use an encoder of higher resolution"
     )
 }

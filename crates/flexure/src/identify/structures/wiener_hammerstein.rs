@@ -88,9 +88,9 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     let start = "the poles of the best linear model, divided between both parts in every way";
     let mut details = start_details(start, prepared, &run.paths);
     details.extend(acts_between.then(|| {
-        let why =
-            "the curve also acts halfway between samples. A second branch with the same curve and poles describes this";
-        Detail::sentence(Place::ChoiceAndText, "Between the samples", "2 instants", why)
+        let why = "the blocks 'between the samples' describe what it does halfway between two samples. They have the same curve and \
+                   poles";
+        Detail::sentence(Place::ChoiceAndText, "Between the samples", "the curve acts there too", why)
     }));
     Ok(Identification {
         details,

@@ -180,7 +180,7 @@ fn form_detail(fit: &PhysicalFormFit, asked: bool, other: Option<PhysicalForm>) 
         }
     }
     let mut why = format!(
-        "{}; ± one standard error, for the estimated linear part",
+        "{}; the values after ± are standard errors, with the linear part held at its estimate",
         form_verdict(fit)
     );
     if let Some([low, high]) = fit.form.dead_zone().map(|places| places.map(|i| &fit.parameters[i])) {

@@ -63,7 +63,7 @@ fn an_offset_of_the_clocks_and_a_small_compliance_are_both_reported() {
         );
         let said = axis.findings[0].to_string();
         assert!(
-            said.starts_with("motor and link move almost as one") && said.contains("the joint gives by"),
+            said.starts_with("motor and link move almost as one") && said.contains("the joint deflects by"),
             "{said}"
         );
     }

@@ -2,7 +2,7 @@
 
 use super::super::super::block::{
     Candidate, LARGEST_ORDER, LONGEST_DELAY, Monitor, Prepared, Rational, START_SAMPLES, Scale, Signals, Stage,
-    approximate, fit_nonlinearity,
+    approximate_all, fit_nonlinearity,
 };
 use super::super::super::hammerstein::delay::Dependence;
 use super::super::limits::{
@@ -70,8 +70,8 @@ fn rational(response: Candidate, few: &Signals, monitor: &mut Monitor<'_>) -> Ve
         y: Scale::new(&w).standardised(&w),
         ..few.clone()
     };
-    let mut all: Vec<Candidate> = (1..=LARGEST_ORDER)
-        .filter_map(|order| approximate(&imitation, order, monitor))
+    let approximations = approximate_all(&imitation, 1..=LARGEST_ORDER, monitor);
+    let mut all: Vec<Candidate> = (approximations.into_iter().flatten())
         .filter_map(|a| fit_nonlinearity(a.system, Rational::pass(), few))
         .collect();
     sort::by_key(&mut all, |c| c.bic(few));
