@@ -351,6 +351,39 @@ fn a_few_wild_samples_decide_nothing_and_what_the_input_explains_does() {
     assert!(!supported && (not_noise - 2.0 / 3.0).abs() < 0.08, "{not_noise}");
 }
 
+/// A candidate that is far off for a short time has a large error, but no test can be sure that it is worse.
+#[test]
+fn a_larger_error_than_that_of_a_refuted_simpler_one_refutes_too() {
+    let (u, e) = (gaussian(2500, 16), gaussian(2500, 17));
+    let scaled = |by: f64| -> Vec<f64> { e.iter().map(|e| by * e).collect() };
+    let mut off_for_a_while = e.clone();
+    off_for_a_while[700..715].fill(5.0);
+    let general = (name("feedback"), off_for_a_while);
+    let parallel = (name("parallel"), scaled(0.97));
+    // Alone, the two are not told apart, and the simpler one is chosen.
+    assert_eq!(judged_with(&[general.clone(), parallel.clone()], &u).0, 0);
+    let with_linear = [(name("linear"), scaled(1.03)), general, parallel];
+    assert_eq!(judged_with(&with_linear, &u).0, 2);
+}
+
+/// Without a given structure, a Hammerstein model that holds stays, and one that does not gives way to the structure of the record.
+#[test]
+fn another_structure_is_looked_for_where_a_hammerstein_model_does_not_hold() {
+    for structure in ["hammerstein", "wiener"].map(name) {
+        let record = of(structure);
+        let records = [&record];
+        let request = Request::new(&records, &["u"], "y", Options::default());
+        let go_on = &mut |_: &str| ControlFlow::Continue(());
+        let hammerstein = crate::identify::HAMMERSTEIN.identify_with(&request, go_on).unwrap();
+        let found = or_another(hammerstein.clone(), &request, go_on).unwrap();
+        match structure.key {
+            "hammerstein" => assert_eq!(found, hammerstein),
+            _ => assert_eq!(found, identify(&record)),
+        }
+        assert_eq!(found.structure, structure);
+    }
+}
+
 /// A Wiener-Hammerstein fit of a simpler system, one of whose linear parts is a mere delay.
 #[test]
 fn a_linear_part_that_is_a_mere_delay_is_none() {
