@@ -112,3 +112,21 @@ impl<'a> Monitor<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn jobs_side_by_side_keep_their_order_and_are_told_to_stop() {
+        for numbers in [0, MOST_NUMBERS / 2, usize::MAX] {
+            for flow in [ControlFlow::Continue(()), ControlFlow::Break(())] {
+                let progress = &mut |_: &str| flow;
+                let mut monitor = Monitor::new(progress);
+                let results = monitor.side_by_side(&[3, 1, 2], numbers, |job, monitor| (10 * job, monitor.keep_on()));
+                assert_eq!(results, [30, 10, 20].map(|r| (r, flow.is_continue())), "{numbers}");
+                assert_eq!(monitor.finished().is_ok(), flow.is_continue());
+            }
+        }
+    }
+}
