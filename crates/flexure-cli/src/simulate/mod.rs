@@ -113,7 +113,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return chain::run(arguments, &chain);
     }
     if let Some(option) = arguments.chain.given() {
-        return Err(Usage(format!("{option} is for chains; an arm file says how the arm is run")).into());
+        return Err(Usage(format!(
+            "{option} is for chains. An arm has its duration and sample time in the table [run] of its file: write that of a preset with --write-arm \
+             ARM.toml, and change it there"
+        )).into());
     }
     if arguments.report.is_some() {
         let message =

@@ -172,7 +172,7 @@ impl<'a> Outcome<'a> {
             Some(Fault::Doubtful) => "This result is not reliable".to_owned(),
             Some(Fault::OtherLog) => "What was found does not hold on the other log".to_owned(),
             Some(Fault::RefutedForm) => capitalised(&format!(
-                "{forms} {are} {} off the free curve, more than its error",
+                "{forms} {are} {} off the free curve, more than the uncertainty of that curve",
                 self.distance()
             )),
             None => format!("Nothing refutes {forms}"),

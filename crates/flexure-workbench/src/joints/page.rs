@@ -39,7 +39,7 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, trial: &Trial) -> Joint
         diagram: diagram::rigid(axis, units),
         facts: vec![
             inertia(
-                &format!("{} beside the free curve", capitalised(units.moved())),
+                &format!("{}, with the free friction curve", capitalised(units.moved())),
                 axis.inertia,
                 units.inertia(),
             ),
@@ -53,7 +53,7 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, trial: &Trial) -> Joint
         curves: vec![JointCurve::new(
             "Friction",
             format!(
-                "The {} that {} and position-dependent terms leave, over the velocity, with the free curve and its band.{}",
+                "The {} minus the parts of the {} and of the position, against the velocity; the free curve with its band.{}",
                 units.effort,
                 units.moved(),
                 gaps_caption(&axis.friction.band)
@@ -172,7 +172,7 @@ fn joint_curves(axis: &FlexibleAxis, of: &str) -> Vec<JointCurve> {
     let secant = without_wide_band(secant);
     let known = secant.y.iter().any(|k| k.is_finite());
     let mut elastic =
-        "The torque that the motor's inertia leaves, over the deflection, with the free curve.".to_owned();
+        "The torque minus the part of the motor's inertia, against the deflection; the free curve.".to_owned();
     elastic.push_str(gaps_caption(&axis.stiffness.band));
     if !known {
         elastic.push_str(" The stiffness, torque over deflection, is not drawn: its band is wide everywhere.");

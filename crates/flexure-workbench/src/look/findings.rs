@@ -211,7 +211,7 @@ impl List<'_> {
         }
         if let Some(q) = column.quantisation.filter(|q| q.steps <= FINE) {
             let text = format!(
-                "'{name}' is rounded to steps of {}: its range has {} of them.",
+                "'{name}' is rounded to steps of {}. Its range is {} steps.",
                 number(q.step),
                 short(q.steps)
             );
@@ -337,7 +337,7 @@ impl List<'_> {
         let highest = below.fold(0.0, f64::max);
         if highest > 0.0 && highest < SLOW * 0.5 {
             self.note(format!(
-                "All signals have 95 % of their power below {} of half the sampling frequency: the record is sampled faster than they change.",
+                "All signals have 95 % of their power in the lowest {} of the frequencies that this sampling can show: they are sampled faster than needed.",
                 flexure::text::percent(highest / 0.5)
             ));
         }

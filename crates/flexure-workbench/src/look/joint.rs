@@ -289,11 +289,12 @@ impl<'a> Command<'a> {
         let is_line = |name: &str| file.unit(name).is_some_and(is_prismatic);
         if is_line(joint.position) || is_line(joint.torque) {
             self.options.push("--prismatic".to_owned());
-        } else if self.constant.is_some_and(|(name, _)| is_force_constant(name)) {
+        } else if let Some((constant, _)) = self.constant.filter(|(name, _)| is_force_constant(name)) {
             self.options.push("--prismatic".to_owned());
             self.notes.push(
-                "The name of the constant suggests an axis that moves along a line; leave out --prismatic if it turns."
-                    .to_owned(),
+                format!(
+                    "The name of the constant '{constant}' in the file suggests an axis that moves along a line. Leave out --prismatic if it turns."
+                ),
             );
         } else if file.unit(joint.position).is_none() && !is_torque(joint.torque) {
             self.notes

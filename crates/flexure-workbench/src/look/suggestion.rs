@@ -439,7 +439,7 @@ fn structure(several: bool, few: bool) -> (Option<[&'static str; 2]>, &'static s
         ),
         (false, true) => (
             Some(["--structure", "linear"]),
-            " The input has two levels, at which no curve can be distinguished from a straight line: the dynamics are what there is to find.",
+            " The input has two levels, at which no curve can be distinguished from a straight line. So only linear dynamics can be identified.",
         ),
         (false, false) => (Some(["--structure", "auto"]), " The structure is chosen by the data."),
     }

@@ -94,7 +94,7 @@ fn linear_facts(identified: &Identified) -> Vec<Fact> {
         .map(|g| poles_text(g, identified.sample_time))
         .filter(|text| text != NONE);
     let note = match orders.iter().sum::<usize>() {
-        n if n > MOST_POLES => "drawn with the linear parts".to_owned(),
+        n if n > MOST_POLES => "plotted below".to_owned(),
         _ => each.collect::<Vec<String>>().join("; "),
     };
     // A narrow tile has no room for lines that may not be broken.
@@ -150,8 +150,8 @@ pub(super) fn choices(result: &Identification) -> Vec<Choice> {
                 true => format!("{}, {}", block.title, result.path_title(i)),
                 false => block.title.clone().into_owned(),
             };
-            let why = "Smallest Schwarz criterion. Breakpoints are dense where the curve bends, kinks are where very strong evidence asks \
-                       for them.";
+            let why = "Smallest Schwarz criterion. Breakpoints are dense where the curve bends. A kink needs very strong \
+                       evidence.";
             all.push(Choice {
                 curve: by_pieces(result, curve.pieces()),
                 ..Choice::new(name, &curve.description, why)
@@ -259,8 +259,8 @@ pub(super) fn tried(result: &Identification) -> Option<Table> {
     let choice = match shown.first().is_some_and(is_chosen) {
         true => "Chosen: the smallest Schwarz criterion.",
         false => {
-            "The marked one was chosen at the end of the search, where Schwarz's criterion allows for errors that depend on one another. The other rows \
-             do not allow for that, so their numbers cannot be compared with its own."
+            "The marked one was chosen at the end of the search, where Schwarz's criterion allows for errors that depend on one another. The \
+             criterion in the other rows does not allow for this: do not compare it with that of the marked row."
         }
     };
     // A value that is zero in all of them was no choice.

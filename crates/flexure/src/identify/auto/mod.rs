@@ -108,15 +108,13 @@ fn compare(
     for structure in compared_structures(request.inputs.len()) {
         let judged: Vec<Judged<'_>> = judged(samples, &fitted);
         let least = judged.iter().map(Judged::error).fold(f64::INFINITY, f64::min);
-        if judged.iter().any(|j| j.suffices(structure, least)) {
+        let known = known.take_if(|known| known.structure == structure.name);
+        if known.is_none() && judged.iter().any(|j| j.suffices(structure, least)) {
             others.superfluous.push(structure.name.title);
             continue;
         }
         let stage = &mut |stage: &str| progress(&format!("{}, {stage}", structure.name));
-        let identified = match known.take_if(|known| known.structure == structure.name) {
-            Some(known) => Ok(known),
-            None => structure.identify_with(request, stage),
-        };
+        let identified = known.map_or_else(|| structure.identify_with(request, stage), Ok);
         match identified {
             Err(Error::Data(DataError::TooShort { .. })) if !fitted.is_empty() => {
                 others.too_few_samples.push(structure.name.title);

@@ -127,7 +127,7 @@ fn strongest(c: &StructureCandidate) -> Option<String> {
 fn looks_like(symptoms: &[(Symptom, f64)]) -> String {
     let all: Vec<&str> = symptoms.iter().map(|(kind, _)| kind.phrase()).collect();
     match all.as_slice() {
-        [] => "What the error comes from is not seen: no large part of it looks like a loop, a drift in time, hysteresis or outliers.".to_owned(),
+        [] => "The cause of the error is unknown: no large part of it looks like a loop, a drift in time, hysteresis or outliers.".to_owned(),
         [first] => format!("Its error looks like {first}."),
         several => format!("Its error looks like the following, the largest part first: {}.", several.join("; ")),
     }

@@ -181,13 +181,13 @@ impl fmt::Display for Finding {
             Finding::ManyTurns { span, whole: true } => write!(
                 f,
                 "an angle goes through {} rad in whole numbers: if these are counts of an encoder, multiply them by 2 pi / (counts in a \
-                 revolution), or all inertias and stiffnesses come out too small by that",
+                 revolution), or all inertias and stiffnesses come out too small by this factor",
                 tenths(span)
             ),
             Finding::ManyTurns { span, whole: false } => write!(
                 f,
                 "an angle goes through {} rad, {} turns: if it is logged in degrees, multiply it by pi / 180 = 0.017453, or all \
-                 inertias and stiffnesses come out too small by that",
+                 inertias and stiffnesses come out too small by this factor",
                 tenths(span),
                 tenths(span / std::f64::consts::TAU)
             ),
@@ -265,7 +265,7 @@ fn write_encoder_clocks(f: &mut fmt::Formatter<'_>, offset: f64, standard_error:
 fn write_torque_delay(f: &mut fmt::Formatter<'_>, delay: f64, held: bool) -> fmt::Result {
     let (late, side) = (milliseconds(delay), if delay > 0.0 { "after" } else { "before" });
     let hold = if held {
-        ", as one held from sample to sample does"
+        ", as the mean of a torque that is held from sample to sample does"
     } else {
         ""
     };

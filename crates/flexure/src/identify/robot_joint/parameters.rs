@@ -166,7 +166,7 @@ fn factor(symbol: &str, unit: [i32; 2], uncertain: Uncertain, size: Option<f64>)
     let identifiable = !zero && !negative && uncertain.within(FAR * size) && uncertain.error < LARGEST_ERROR * size;
     let remark = match (identifiable, zero, negative) {
         (true, ..) => "",
-        (false, true, _) => "these data do not distinguish it from zero",
+        (false, true, _) => "zero is possible too",
         (false, _, true) => "the best fit is negative, as in no joint",
         (false, ..) => FITS_AS_WELL,
     };

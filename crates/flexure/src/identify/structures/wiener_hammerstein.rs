@@ -85,12 +85,12 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
             percent: 100.0 * prepared.explained(),
         });
     }
-    let start = "the poles of the best linear model, divided between both parts in every way";
+    let start = "all divisions of the poles of the best linear model between the two parts";
     let mut details = start_details(start, prepared, &run.paths);
     details.extend(acts_between.then(|| {
-        let why = "the blocks 'between the samples' describe what it does halfway between two samples. They have the same curve and \
-                   poles";
-        Detail::sentence(Place::ChoiceAndText, "Between the samples", "the curve acts there too", why)
+        let why = "the blocks 'between the samples' describe what the curve does halfway between two samples. They have the same curve \
+                   and the same poles as the others";
+        Detail::sentence(Place::ChoiceAndText, "Between the samples", "the curve also acts between the samples", why)
     }));
     Ok(Identification {
         details,
