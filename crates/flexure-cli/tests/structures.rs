@@ -278,7 +278,7 @@ fn without_a_structure_linear_dynamics_may_take_the_place_of_a_hammerstein_model
     write_of(&modes, &folder, "long.csv", 67_000, 1);
     for (record, others) in [
         ("r.csv", "Not fitted, as a simpler structure holds: Wiener, "),
-        ("long.csv", "Only these two structures were compared."),
+        ("long.csv", "Only these two structures were compared: "),
     ] {
         let found = folder.json(&format!("identify {record} --input u --output y -o model.json"));
         assert_eq!((&found["structure"], &found["holds"]), (&json!("linear"), &json!(true)));
@@ -302,6 +302,31 @@ fn without_a_structure_linear_dynamics_may_take_the_place_of_a_hammerstein_model
     let found = folder.json("identify h.csv --input u --output y");
     assert_eq!(found["structure"], "hammerstein");
     assert!(found["comparison"].is_null());
+}
+
+/// The limiter acts in the fresh part only. No structure could know of it, so that their comparison would say nothing.
+#[test]
+fn a_fresh_part_beyond_the_fitted_range_decides_between_no_structures() {
+    let folder = Folder::new();
+    let record = write(&folder, "r.csv", 4000, 5);
+    let shrunk = |(k, u): (usize, &f64)| if k < 3000 { 0.2 * u } else { *u };
+    let u: Vec<f64> = record.column("u").unwrap().iter().enumerate().map(shrunk).collect();
+    let Block::Series(blocks) = wiener_hammerstein() else {
+        unreachable!()
+    };
+    let y = Block::Series(blocks[1..].to_vec()).simulate(&u);
+    write_record(folder.path("r.csv"), &Record::new([("u", u), ("y", y)]).unwrap()).unwrap();
+    let found = folder.json("identify r.csv --input u --output y");
+    assert_eq!(
+        (&found["structure"], &found["holds"]),
+        (&json!("hammerstein"), &json!(false))
+    );
+    assert!(found["comparison"].is_null(), "{}", found["comparison"]);
+    assert!(
+        found["warnings"].to_string().contains("lies outside the range"),
+        "{}",
+        found["warnings"]
+    );
 }
 
 /// A record that is too short for a comparison keeps its Hammerstein model.

@@ -121,7 +121,10 @@ impl Made<'_> {
         // Without the choices of one structure, and unless only linear has poles for the output, others can be tried.
         let is_one = experiments == 1 && columns.inputs.len() == 1 && identified.in_parts.is_none();
         let has_others = || {
-            let is_free = is_one && identified.result.comparison.is_none() && arguments.given().next().is_none();
+            // Where none holds, a complete comparison has more than two candidates.
+            let compared = identified.result.comparison.as_ref();
+            let is_compared = compared.is_some_and(|c| c.candidates.len() > 2);
+            let is_free = is_one && !is_compared && arguments.given().next().is_none();
             is_free && Task::integrated(file, columns).is_none()
         };
         let next = next_command(arguments, &identified, has_others);

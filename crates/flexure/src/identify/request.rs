@@ -45,7 +45,7 @@ pub enum Rank {
     Sum,
 }
 
-/// Called before every step with its name; stops the identification by returning [`ControlFlow::Break`].
+/// Called before every step, and before steps that run side by side, with their name; stops the identification by returning [`ControlFlow::Break`].
 pub type Progress<'a> = dyn FnMut(&str) -> ControlFlow<()> + 'a;
 
 impl Structure {

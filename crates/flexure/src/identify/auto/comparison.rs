@@ -18,7 +18,8 @@ pub enum Refutation {
         better: StructureName,
         /// The ratio of the mean squared errors, above 1.
         ratio: f64,
-        /// The probability of such a difference if both predict equally well.
+        /// The probability of such a difference if both predict equally well. For a candidate whose error is even larger than that of a
+        /// refuted one that is no more general: the probability for that one.
         p_value: f64,
     },
 }

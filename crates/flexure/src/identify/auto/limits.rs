@@ -1,7 +1,9 @@
 //! Every threshold of the comparison of structures. A convention is a choice that no reference or measurement decided.
 
-/// With more fitted samples, all structures are compared only where they are asked for. Convention: such a comparison takes minutes.
+/// With more fitted samples, all structures are compared only where they are asked for. Convention: such a comparison can take minutes.
 pub(super) const MOST_COMPARED: usize = 50_000;
+/// If a larger percentage of the fresh input lies outside the fitted range, the fresh part says little about the structure. Convention.
+pub(super) const MOST_ELSEWHERE: f64 = 10.0;
 
 /// Robust standard deviations at which errors are cut before they are compared. Convention: normal errors are not cut.
 pub(super) const CUT: f64 = 6.0;

@@ -42,10 +42,11 @@ use super::registry::structures;
 use super::request::{Options, Progress, Rank, Request, Structure};
 use super::result::{Identification, StructureName};
 use super::samples::Samples;
+use super::warning::Warning;
 use crate::error::{DataError, Error, Result};
 pub use comparison::{Refutation, StructureCandidate, StructureComparison};
 use judge::{Judged, judge};
-use limits::MOST_COMPARED;
+use limits::{MOST_COMPARED, MOST_ELSEWHERE};
 pub use symptoms::Symptom;
 
 /// The structures that are compared for this number of inputs, simplest first.
@@ -139,12 +140,12 @@ fn compare(
 }
 
 /// The result of a [`HAMMERSTEIN`](super::HAMMERSTEIN) identification of one record. If it does not hold, the result of [`AUTO`], which does not
-/// repeat this identification.
+/// repeat this identification and has it among the compared ones.
 ///
 /// This is for users who gave no structure. With more than 50,000 fitted samples, a comparison of all structures takes minutes. Then only linear
 /// dynamics are compared with the Hammerstein model; their result is returned, with the comparison, if they predict significantly better.
-/// The result is unchanged for several records, with the options `robust` or `missing`, with fewer than 200 fitted samples, and if outliers
-/// hide whether the model holds.
+/// The result is unchanged for several records, with the options `robust` or `missing`, with fewer than 200 fitted samples, if outliers
+/// hide whether the model holds, and if more than a tenth of the fresh input lies outside the fitted range.
 ///
 /// # Errors
 /// [`Error::Stopped`] if `progress` stopped it.
@@ -182,7 +183,9 @@ pub fn or_another(
     let verdict = &hammerstein.verdict;
     let is_judged = verdict.residuals.is_some() && verdict.hidden_by.is_none();
     let can_be_compared = request.records.len() == 1 && !request.options.robust && !request.options.missing;
-    if verdict.holds() || !is_judged || !can_be_compared {
+    let is_elsewhere = |w: &Warning| matches!(w, Warning::OutsideRange { percent, .. } if *percent > MOST_ELSEWHERE);
+    let is_seen = !hammerstein.warnings.iter().any(is_elsewhere);
+    if verdict.holds() || !is_judged || !can_be_compared || !is_seen {
         return Ok(hammerstein);
     }
     let Ok(samples) = request.samples_at_least(COMPARISON, FEWEST_SAMPLES) else {
@@ -201,7 +204,7 @@ pub fn or_another(
         Err(_) => return Ok(hammerstein),
     };
     let others = Others {
-        not_asked_for: true,
+        too_long: true,
         ..Others::default()
     };
     let result = compared(&samples, vec![linear, hammerstein.clone()], &others);
@@ -215,8 +218,8 @@ pub fn or_another(
 /// The titles of structures that are not among the candidates.
 #[derive(Default)]
 struct Others {
-    /// Whether other structures were not compared, as nobody asked for them.
-    not_asked_for: bool,
+    /// Whether other structures were not compared, as that takes long for many samples.
+    too_long: bool,
     /// Titles of structures that were not fitted because a simpler one holds.
     superfluous: Vec<&'static str>,
     too_few_samples: Vec<&'static str>,

@@ -101,7 +101,8 @@ fn not_fitted(others: &Others) -> Vec<String> {
     ];
     let left_out = left_out.into_iter().filter(|(titles, _)| !titles.is_empty());
     let left_out = left_out.map(|(titles, why)| format!("Not fitted, as {why}: {}.", titles.join(", ")));
-    let only = (others.not_asked_for).then(|| "Only these two structures were compared.".to_owned());
+    let only = (others.too_long)
+        .then(|| "Only these two structures were compared: with so many samples, the others take long.".to_owned());
     simpler.chain(left_out).chain(only).collect()
 }
 
