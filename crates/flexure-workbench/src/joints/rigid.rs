@@ -120,7 +120,7 @@ impl Joint for Rigid {
             &mut lines,
         );
         lines.item("log", format!("{} samples of {}", log.samples(), log.name));
-        lines.item(units.moved(), format!("{inertia}, beside the free friction curve"));
+        lines.item(units.moved(), format!("{inertia}, with a free friction curve"));
         if let Some(chain) = self.of_chain() {
             lines.item("chain", chain.text(&units));
         }
@@ -239,7 +239,7 @@ fn polished_text(polished: &Polished, units: &Units) -> String {
     };
     format!(
         "{lowered}, and from {held_back} to {polished_held_back} {unit} on data held back. The values so fitted are {}, without standard \
-         errors. {differs}. They simulate the motion best; compare the values above with those of other logs",
+         errors. {differs}. Use them only to simulate the motion. Compare the values above with those of other logs",
         each.collect::<Vec<_>>().join(", "),
     )
 }
