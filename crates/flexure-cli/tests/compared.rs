@@ -215,7 +215,7 @@ fn none_of_these_is_a_verdict() {
     let message = folder.said(&format!("{IDENTIFY} auto -o model.json --report page.html"));
     for line in [
         "Structure from 'u' to 'y': none of these; ",
-        "Hammerstein predicts as well as any, fit ",
+        "none predicts significantly better than Hammerstein, fit ",
         " The data support none of these structures: ",
         "Its error looks like",
         "a drift in time (",

@@ -33,7 +33,10 @@ fn nearest(comparison: &StructureComparison) -> Option<String> {
     let has_best_fit = comparison.candidates.iter().all(|c| shown(c.fit_percent) <= shown(fit));
     (fit > 0.0).then(|| match has_best_fit {
         true => format!("{} comes nearest, fit {fit:.1} %", comparison.chosen),
-        false => format!("{} predicts as well as any, fit {fit:.1} %", comparison.chosen),
+        false => format!(
+            "none predicts significantly better than {}, fit {fit:.1} %",
+            comparison.chosen
+        ),
     })
 }
 
