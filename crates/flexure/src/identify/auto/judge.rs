@@ -145,8 +145,8 @@ pub(super) fn judge<'a>(candidates: &[Judged<'a>], inputs: &[&[f64]]) -> Judgeme
 
 /// What refutes each candidate in comparison with the best one; `squares` are their mean squared errors.
 ///
-/// A candidate is also refuted if its error is larger than that of a refuted one that is no more general: its own comparison is only less
-/// certain, as when it is wrong for a short time. It gets the p-value of that one.
+/// A candidate is also refuted if its error is larger than that of a refuted one that is no more general. Its own comparison can be uncertain,
+/// for example if all of its error lies in a short time. It gets the p-value of the refuted one.
 fn comparisons(candidates: &[Judged<'_>], squares: &[f64]) -> Vec<Option<Refutation>> {
     // A few wild samples do not refute a candidate, but it is then not the best one.
     let uncut: Vec<f64> = candidates.iter().map(|c| mean_square(&c.uncut)).collect();
@@ -166,13 +166,13 @@ fn comparisons(candidates: &[Judged<'_>], squares: &[f64]) -> Vec<Option<Refutat
     let even_worse = |i: usize| {
         let less_wrong = |j: &usize| rank_of(*j) <= rank_of(i) && squares[*j] < squares[i];
         let by = (0..candidates.len()).filter(less_wrong).find_map(|j| refuted[j])?;
-        Some(match by {
-            Refutation::Comparison { better, p_value, .. } => Refutation::Comparison {
-                better,
-                ratio: squares[i] / squares[best],
-                p_value,
-            },
-            test => test,
+        let Refutation::Comparison { better, p_value, .. } = by else {
+            return None;
+        };
+        Some(Refutation::Comparison {
+            better,
+            ratio: squares[i] / squares[best],
+            p_value,
         })
     };
     (0..candidates.len())

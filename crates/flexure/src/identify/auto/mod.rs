@@ -142,7 +142,7 @@ fn compare(
 /// The result of a [`HAMMERSTEIN`](super::HAMMERSTEIN) identification of one record. If it does not hold, the result of [`AUTO`], which does not
 /// repeat this identification and has it among the compared ones.
 ///
-/// This is for users who gave no structure. With more than 50,000 fitted samples, a comparison of all structures takes minutes. Then only linear
+/// This is for users who gave no structure. With more than 50,000 fitted samples, a comparison of all structures can take minutes. Then only linear
 /// dynamics are compared with the Hammerstein model; their result is returned, with the comparison, if they predict significantly better.
 /// The result is unchanged for several records, with the options `robust` or `missing`, with fewer than 200 fitted samples, if outliers
 /// hide whether the model holds, and if more than a tenth of the fresh input lies outside the fitted range.
@@ -184,8 +184,8 @@ pub fn or_another(
     let is_judged = verdict.residuals.is_some() && verdict.hidden_by.is_none();
     let can_be_compared = request.records.len() == 1 && !request.options.robust && !request.options.missing;
     let is_elsewhere = |w: &Warning| matches!(w, Warning::OutsideRange { percent, .. } if *percent > MOST_ELSEWHERE);
-    let is_seen = !hammerstein.warnings.iter().any(is_elsewhere);
-    if verdict.holds() || !is_judged || !can_be_compared || !is_seen {
+    let is_outside = hammerstein.warnings.iter().any(is_elsewhere);
+    if verdict.holds() || !is_judged || !can_be_compared || is_outside {
         return Ok(hammerstein);
     }
     let Ok(samples) = request.samples_at_least(COMPARISON, FEWEST_SAMPLES) else {

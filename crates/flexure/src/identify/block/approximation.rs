@@ -57,7 +57,7 @@ pub(in crate::identify) fn approximate(
     refitted(data, start(data, order)?, monitor)
 }
 
-/// The approximations of several orders, those that were found.
+/// The approximations of several orders; `None` for an order where none was found.
 pub(in crate::identify) fn approximate_all(
     data: &Signals,
     orders: RangeInclusive<usize>,

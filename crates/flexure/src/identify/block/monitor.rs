@@ -62,10 +62,10 @@ impl<'a> Monitor<'a> {
         self.stopped.is_none()
     }
 
-    /// The results of independent jobs, side by side over all cores, in the order of the jobs. While it runs, a job needs memory for
-    /// this many `numbers`; so many run at once that all need at most [`MOST_NUMBERS`].
+    /// Runs independent jobs side by side, on all cores. The results are in the order of the jobs. A job needs memory for this many
+    /// `numbers`. The jobs that run at once need at most [`MOST_NUMBERS`] together; a larger job runs alone.
     ///
-    /// The progress function is called before the jobs, not within them: it belongs to this thread.
+    /// The progress function belongs to this thread. So it is called before the jobs that run at once, and not during them.
     pub fn side_by_side<J: Sync, R: Send>(
         &mut self,
         jobs: &[J],
